@@ -74,6 +74,11 @@ def test_a_master_that_died_ends_its_user_and_the_other_goes_on():
     assert first["ended"] is None
     assert second["ended"] == f"user2 master {KILLED} at 2.00 s"
     assert result["check"]["passed"] is False
+    asked = {"who": "user2 master", "kind": "disturbance", "what": "as the scenario asks: kill"}
+    traces.events.append(asked | {"time_s": 1.99})
+    result = judged(traces)
+    assert result["interrupted"] == []
+    assert result["users"][1]["ended"] == "user2 master was killed, as asked, at 2.00 s"
 
 
 def test_a_user_who_left_is_no_interruption():

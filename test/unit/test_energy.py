@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Energy balances of the channel from traces."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from support import handmade
 from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
-from pmwvc_analysis.budget.energy import Balance, user_energies
+from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.block_sums import BlockSums
 from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.traces.thresholds import TOLERANCE_J
@@ -46,19 +44,6 @@ def test_a_channel_that_amplifies_is_not_passive():
     np.testing.assert_allclose(steps, (1.0 - gain**2) * IN_FLIGHT_J, rtol=1e-9)
     assert up.minimum_j == pytest.approx(up.balance_j.min())
     assert judged.least_s == pytest.approx(up.time_s[-1])
-
-
-@pytest.mark.parametrize(("share", "passive"), [(0.99, True), (1.01, False)])
-def test_the_tolerance_has_two_sides(share, passive):
-    out = np.array([0.0, share * TOLERANCE_J])
-    balance = Balance(np.array([0.0, 1.0]), np.zeros(2), out)
-    assert balance.judged("user1", "up").passive is passive
-
-
-def test_a_balance_that_only_rises_has_its_minimum_at_zero():
-    balance = Balance(np.array([0.0, 1.0]), np.array([1.0, 2.0]), np.zeros(2))
-    assert balance.minimum_j == 0.0
-    assert balance.judged("user1", "up").least_s is None
 
 
 def without_blocks(user, gone):
@@ -301,10 +286,3 @@ def test_a_real_encoder_leaves_the_work_open_and_nothing_is_claimed():
     # the control: without steps there is nothing open
     traces, scenario = carried(**{"device.encoder_step_m": 0.0, "device.velocity": "exact"})
     assert all(found.passive for found in user_energies(traces, scenario))
-
-
-def test_a_declared_storage_may_be_given_out():
-    balance = Balance(np.array([0.0, 1.0]), np.zeros(2), np.array([0.0, 1e-3]), 1.1e-3)
-    assert balance.judged("user1", "hand_port").passive
-    less = dataclasses.replace(balance, declared_j=0.9e-3)
-    assert not less.judged("user1", "hand_port").passive

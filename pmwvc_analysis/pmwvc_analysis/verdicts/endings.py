@@ -23,6 +23,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 LOOP = ("server", "netem")  # nodes that everybody needs
+KILL = ": kill"  # ends a disturbance that the scenario asks for
 
 
 class Ending(NamedTuple):
@@ -32,7 +33,7 @@ class Ending(NamedTuple):
     user: str
     time_s: float
     what: str
-    interrupts: bool = True  # False: the user left
+    interrupts: bool = True  # False: the user left, or the scenario asked for it
 
     @property
     def text(self) -> str:
@@ -64,6 +65,9 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
         sent = [topic for topic in traces.packets if re.fullmatch("/server/.*/wave_down", topic)]
         sent_s = _last_packet_s(traces, sent)
         found["server"] = _broken_off("server", "", last_s, sent_s)
+    killed = {e["who"] for e in events if e["kind"] == "disturbance" and e["what"].endswith(KILL)}
+    for who in killed & found.keys():
+        found[who] = found[who]._replace(what="was killed, as asked,", interrupts=False)
     return sorted(found.values(), key=lambda ending: ending.time_s)
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import bands, closed_s, encoder_noise_m_s
@@ -160,19 +161,21 @@ def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
     """Return the part of a velocity above a frequency: a Butterworth high pass of order 4 forwards
     and backwards, no delay, by its response f^8/(f^8 + band^8).
 
-    The ends are continued by reflection in their last point, so that they do not ring.
+    The ends are continued by reflection in their last point, so that they do not ring; behind the
+    end as far as makes a length that is transformed fast.
     """
     rows = len(velocity)
     if band_hz * period_s >= 0.45 or rows < 30:
         return np.zeros_like(velocity)
     pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
     before = 2.0 * velocity[:1] - velocity[pad:0:-1]
-    after = 2.0 * velocity[-1:] - velocity[-2 : -pad - 2 : -1]
+    fast = next_fast_len(rows + 2 * pad, real=True) - rows - pad
+    after = 2.0 * velocity[-1:] - velocity[-2 : -min(fast, rows - 1) - 2 : -1]
     whole = np.concatenate([before, velocity, after])
     ratio = np.fft.rfftfreq(len(whole), period_s) / band_hz
     passed = ratio**8 / (1.0 + ratio**8)
-    spectrum = np.fft.rfft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
-    found: Array = np.fft.irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
+    spectrum = rfft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
+    found: Array = irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
     return found
 
 

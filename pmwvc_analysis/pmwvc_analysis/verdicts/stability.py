@@ -155,8 +155,8 @@ def _of_lasting(
         return _unknown(f"{what} {since}; {motion.name} still moved with {speed}")
     if shaken is not None:
         return _unknown(
-            f"{moves}, while {shaken:.0%} of the time went by in waiting for late packets: whether "
-            "the network or the loop moves it is not known"
+            f"{moves}, while {shaken:.0%} of the time went by in waiting for late packets: "
+            "whether the network or the loop moves it is not known"
         )
     if found.fades:
         return _unknown(
