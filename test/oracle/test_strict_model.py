@@ -21,8 +21,8 @@ from pmwvc_analysis.models import ends
 from pmwvc_analysis.models.linearize import build
 from pmwvc_analysis.models.links import hyperperiod_ticks, link_times
 from pmwvc_analysis.models.matrices import made_once
-from pmwvc_analysis.models.rest import settled_pace
 from pmwvc_analysis.models.stability import radii
+from pmwvc_analysis.models.variation import settled_pace
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_analysis.models.elements import Path, lifted, stacked, text_of
 from pmwvc_analysis.models.links import LinkTimes, LinkWay
-from pmwvc_analysis.models.rest import (
+from pmwvc_analysis.models.variation import (
     AMPLE_J,
     server_at_rest,
     settled_pace,

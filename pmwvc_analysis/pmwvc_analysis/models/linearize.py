@@ -9,7 +9,7 @@ times. Over it the state goes on by a constant matrix::
 
 with f the hands' forces held over every tick, and y motion and force at the start of every tick,
 both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix.
-Of all states those count that matter (:mod:`.reduced`).
+Of all states those count that matter (:mod:`.response`).
 
 **Rigid motions** are no instability: where nothing holds the users to the ground, all may stand
 elsewhere (A t = t), and where nothing brakes them either, all may move on uniformly (A t = t up to
@@ -31,7 +31,7 @@ import numpy as np
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.loop import LinearLoop, held, loop_of, put_in
-from pmwvc_analysis.models.reduced import placed, reduced
+from pmwvc_analysis.models.response import placed, reduced
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario

@@ -23,7 +23,7 @@ import numpy as np
 
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.loop import LinearLoop, System, held, put_in
-from pmwvc_analysis.models.reduced import placed, reduced
+from pmwvc_analysis.models.response import placed, reduced
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex, Flags, Integers
 

@@ -31,8 +31,7 @@ from pmwvc_analysis.models.linear import (
     require_linear,
 )
 from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
-from pmwvc_analysis.models.reduced import placed, reduced
-from pmwvc_analysis.models.response import ONE, EndMatrix, Response
+from pmwvc_analysis.models.response import ONE, EndMatrix, Response, placed, reduced
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason

@@ -9,7 +9,7 @@ more all of them are at once, weighted: the answers there have to be the sum of 
 answers by less than in proportion (energies) is no state.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -18,11 +18,12 @@ from pmwvc_analysis.models import elements
 from pmwvc_analysis.models.elements import Path
 from pmwvc_analysis.models.ends import SIGNALS, End, Slot
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags, Integers
 
 OUTPUTS = ("x", "xd", "f")
 OF_DEVICES = (".device.x", ".device.xd")  # ends of names
 MOVING = (*OF_DEVICES, ".body.x", ".body.xd")  # and of the object
+PLACED = (*MOVING, ".deflection", ".local.x")  # and of springs: what gives a rigid motion
 ONE = 2.0**-40  # of a unit, in SI units: limits are far away, and scaling is exact
 LESS = 2.0**-20  # of the second weighted column
 SUPERPOSED = 1e-9  # relative: what differs by more is not linear
@@ -177,3 +178,47 @@ class Response:
         marks = {path: 0.5 + number for number, path in enumerate(paths)}
         left = elements.leaves(self._end.followed(elements.planted(self._rest, marks)))
         return {self._end.name_of(path): path for path in paths if left[path] is marks[path]}
+
+
+def placed(states: Iterable[StateName]) -> Flags:
+    """Tell of every state whether it is one that gives a rigid motion ``(n,)``."""
+    return np.array([name.endswith(PLACED) for name, _ in states], dtype=np.bool_)
+
+
+def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
+    """Return the states that matter, and the matrix on them alone.
+
+    ``whole`` is ``(runs, n and signals, n and inputs)``: the n states after a step, and what is
+    read of them otherwise; ``always`` are ``(n,)`` states that matter in any case.
+    """
+    n, whole = len(always), whole.copy()
+    filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run
+    kept = np.arange(n)
+    while True:
+        twins = _twins(whole, kept, always)
+        for twin, first in twins.items():
+            whole[:, :, first] += whole[:, :, twin]
+            filled[:, first] = np.any(whole[:, :, first] != 0.0, axis=0)
+        still = np.setdiff1d(kept, list(twins))
+        own = still[:, np.newaxis] == np.arange(whole.shape[2])
+        columns = np.r_[still, n : whole.shape[2]]
+        driven = np.any((filled[still] & ~own)[:, columns], axis=1)
+        others = filled[still] & ~(own & (whole[0, still] == 1.0))  # a sum only it reads is none
+        seen = others.any(axis=0) | filled[n:].any(axis=0)
+        left = still[always[still] | (driven & seen[still])]
+        gone = np.setdiff1d(kept, left)
+        whole[:, :, gone], filled[:, gone] = 0.0, False
+        if len(left) == len(kept):
+            rows = np.r_[kept, n : whole.shape[1]]
+            return kept.tolist(), whole[:, rows[:, np.newaxis], np.r_[kept, n : whole.shape[2]]]
+        kept = left
+
+
+def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
+    """Return states that are equal to an earlier one after every step."""
+    first: dict[bytes, int] = {}  # by their rows in every run
+    return {
+        j: earlier
+        for j in kept.tolist()
+        if (earlier := first.setdefault((whole[:, j] + 0.0).tobytes(), j)) != j and not always[j]
+    }
