@@ -124,7 +124,7 @@ def _decisive(runs: Sequence[Scenario], users: slice, group: str) -> list[Scenar
     return found
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=16)
 def made_once(kind: Any, runs: tuple[Scenario, ...], forces: bool, *given: Any) -> EndMatrix:
     """Return the matrix of an end, of its states that matter there."""
     found = Response(kind(runs, *given), forces).matrix()
