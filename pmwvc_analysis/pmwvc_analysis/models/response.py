@@ -4,9 +4,12 @@
 after, by its states before and what comes in.
 
 A state is any number of the end that answers motion, or what packets say of it, in proportion.
-Every state and every input is one in a column of its own; in a column more nothing is, and in two
-more all of them are at once, weighted: the answers there have to be the sum of the others. What
-answers by less than in proportion (energies) is no state.
+Every state and every input is one in a column of its own; in a column more nothing is, and in
+three more all of them are at once, weighted, with either sign: the answers have to be the sum of
+the others. What answers by less than in proportion (energies) is no state. Of all states those
+matter that are read and driven, those present twice once: entries are exactly zero or rows exactly
+equal in every run, so leaving others out changes no eigenvalue other than zero, nor what follows
+from the inputs.
 """
 
 from collections.abc import Iterable, Sequence
@@ -69,7 +72,7 @@ class Response:
         self._find()
 
     def matrix(self, *, rounds: int = 1, one: float = ONE) -> EndMatrix:
-        """Return the end over ``rounds`` hyperperiods, nothing coming in but in the first, with
+        """Return the end over ``rounds`` hyperperiods, the same coming in again in each, with
         units of ``one`` in SI units; NonlinearError if superposition does not hold.
         """
         if self._went != (rounds, one):
@@ -92,14 +95,14 @@ class Response:
         end, n = self._end, len(self.paths)
         first = n + len(self.came)
         self._one, self._width = one, first + self._forces
-        self._columns = self._width + 3
+        self._columns = self._width + 4
         rng = np.random.default_rng(self._width)
         signs = rng.choice([-2.0, 1.0, 3.0], self._width)
         self._weights = signs * rng.uniform(0.5, 1.0, self._width)
         units = {path: self._unit(column) for column, path in enumerate(self.paths.values())}
         begun = elements.planted(elements.repeated(self._rest, self._columns), units)
         end.s, end.p = end.followed(begun), elements.repeated(self._p, self._columns)
-        came, self._sent, self._read = self._signals(n), dict[Slot, Any](), list[Any]()
+        came, self._sent, self._read = self._signals(n, rounds), dict[Slot, Any](), list[Any]()
         for tick in range(rounds * end.ticks):
             force = end.nothing[0]
             if self._forces and tick < end.ticks:
@@ -109,19 +112,24 @@ class Response:
             self._read.append(read)
         self._went = rounds, one
 
-    def _signals(self, first: int) -> Any:
+    def _signals(self, first: int, rounds: int) -> Any:
         """Return what comes in, one signal after the other."""
         found: dict[Slot, tuple[list[Any], ...]] = {}
         for column, (slot, name, _) in enumerate(self.came, start=first):
             parts = found.setdefault(slot, ([], [], []))
             parts[SIGNALS.index(name)].append(self._unit(column))
-        return {slot: tuple(map(tuple, parts)) for slot, parts in found.items()}
+        whole = [len(way.arrivals(way.looked.phase, self._end.ticks)) for way in self._end.ways]
+        return {
+            Slot(way, packet + again * whole[way]): tuple(map(tuple, parts))
+            for (way, packet), parts in found.items()
+            for again in range(rounds)
+        }
 
     def _unit(self, column: int) -> Any:
         """Return what is one in a column, and weighted in the two that have all at once."""
         values = np.zeros((self._columns, self._end.runs))
         values[column] = self._one
-        values[-2], values[-1] = self._one * self._weights[column] * np.array([[1.0], [LESS]])
+        values[-3:] = self._one * self._weights[column] * np.array([[1.0], [-1.0], [LESS]])
         return elements.elements(values.ravel())
 
     def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
@@ -129,9 +137,10 @@ class Response:
         columns)``.
         """
         whole = self._answers([value for _, value in signals])
-        rows, at_once = whole[:, : self._width], whole[:, -2]
+        rows = whole[:, : self._width]
         sizes = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows))
-        off = np.abs(np.einsum("c,scr->sr", self._weights, rows) - at_once)
+        expected = np.einsum("c,scr->sr", self._weights, rows)
+        off = np.maximum(np.abs(expected - whole[:, -3]), np.abs(expected + whole[:, -2]))
         wrong = np.any(off > SUPERPOSED * sizes.max(axis=0, initial=0.0), axis=1)
         if wrong.any():
             bad = {signals[j][0] for j in np.flatnonzero(wrong).tolist()}
@@ -161,7 +170,7 @@ class Response:
             values = elements.leaves(self._end.s)
             others = [name for name in places if name not in states]
             answers = self._answers([values[places[name]] for name in others])
-            large, small = np.abs(answers[:, -2]), np.abs(answers[:, -1])
+            large, small = np.abs(answers[:, -3]), np.abs(answers[:, -1])
             answer = np.any(small > large * LESS**1.5, axis=1).tolist()
             new = {name for name, is_one in zip(others, answer, strict=True) if is_one}
             if not new:
