@@ -90,9 +90,7 @@ def figures(folder: str | Path, traces: SessionTraces, session: Scenario | None)
 
 
 def record(folder: str | Path, traces: SessionTraces, session: Scenario) -> None:
-    """Write a simulated session as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``;
-    RecordingError where the folder cannot be written.
-    """
+    """Write a session's ``session.mcap``, ``metadata.yaml``, ``scenario.yaml``; RecordingError."""
     record_traces(folder, traces, session, metadata=kept(traces))
 
 

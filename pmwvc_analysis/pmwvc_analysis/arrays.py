@@ -3,13 +3,12 @@
 """Arrays by name as NPZ, MAT and CSV files."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from pmwvc_core.numeric import Array
+from numpy.typing import NDArray
 
 
 def write_arrays(folder: Path, name: str, arrays: Mapping[str, Any]) -> list[Path]:
@@ -22,10 +21,11 @@ def write_arrays(folder: Path, name: str, arrays: Mapping[str, Any]) -> list[Pat
     return paths
 
 
-def write_table(path: Path, columns: Mapping[str, Array]) -> Path:
-    """Write arrays of equal length as columns of a CSV file, in full precision; return it."""
+def write_table(path: Path, columns: Mapping[str, Sequence[Any] | NDArray[Any]]) -> Path:
+    """Write what has equal length as columns of a CSV file, in full precision; return it."""
+    lists = (np.asarray(column, dtype=object).tolist() for column in columns.values())
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+        writer.writerows(zip(*lists, strict=True))
     return path

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The checks of a recording: the file is whole, nothing is missing, the physics agrees.
 
-Four kinds of findings: the file (structure of the MCAP, metadata), what is missing (per topic and
-publisher), physics: numbers that are finite, ports that obey F = sqrt(b/2) (u - v), running
-sums that agree with the signals they sum; and what devices behind coarse encoders may give out.
+Four kinds of findings: the file (records and checksums of the MCAP, metadata), what is missing
+(per topic and publisher), physics (numbers are finite, ports obey F = sqrt(b/2) (u - v), running
+sums agree with the signals they sum), and what coarse encoders may give out.
 """
 
 from collections.abc import Iterator
@@ -14,10 +14,9 @@ from pathlib import Path
 from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.content import Content, read_content
-from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.recording.reader import read_scenario, session_of
-from pmwvc_analysis.recording.whole import check_file
-from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_analysis.recording.topics import relayed
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.traces import SessionTraces
 
@@ -43,11 +42,12 @@ class Checked:
 def check_recording(folder: str | Path) -> list[Checked]:
     """Run every check on a session folder (or a bare ``.mcap`` file)."""
     folder = Path(folder)
-    if not folder.exists():
-        return [Checked("file", PROBLEM, f"{folder} does not exist")]
-    findings = list(_structure(folder))
     try:
         content = read_content(folder)
+    except PmwvcError as error:
+        return [Checked("file", PROBLEM, str(error))]
+    findings = list(_structure(folder, content))
+    try:
         traces = session_of(content, folder)
         findings += _losses(content, traces)
         scenario = read_scenario(folder)
@@ -68,24 +68,13 @@ def exit_code(findings: list[Checked]) -> int:
     return 3 if PROBLEM in statuses else 2 if WARNING in statuses else 0
 
 
-def _structure(folder: Path) -> Iterator[Checked]:
-    files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
-    if not files and any(folder.glob("*.db3")):
-        text = f"{folder} is no MCAP recording: its file is read, but not checked"
-        yield Checked("file", WARNING, text)
-    elif not files:
-        yield Checked("file", PROBLEM, f"{folder} holds no .mcap file")
-    for path in files:
-        try:
-            structure = check_file(path)
-        except RecordingError as error:
-            yield Checked("file", PROBLEM, str(error))
-            continue
-        size = f"{structure.messages} messages in {structure.chunks} chunks"
-        if structure.whole:
-            yield Checked("file", OK, f"{path.name} is whole: {size}")
-        for status, texts in ((PROBLEM, structure.problems), (WARNING, structure.notes)):
-            yield from (Checked("file", status, f"{path.name}: {text}") for text in texts)
+def _structure(folder: Path, content: Content) -> Iterator[Checked]:
+    for name, file in content.files.items():
+        if file.whole:
+            size = f"{file.messages} messages in {file.chunks} chunks"
+            yield Checked("file", OK, f"{name} is whole: {size}")
+        for status, texts in ((PROBLEM, file.problems), (WARNING, file.notes)):
+            yield from (Checked("file", status, f"{name}: {text}") for text in texts)
     if folder.is_dir() and not (folder / "metadata.yaml").is_file():
         yield Checked("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
 

@@ -8,20 +8,21 @@ CSV is a folder with a file per table and ``columns.csv``, which has the units. 
 and HDF5 a group per table.
 """
 
-import csv
 import importlib
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.arrays import write_table
 from pmwvc_core.errors import PmwvcError, file_errors
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import OF_AVATARS, ServerTraces, SessionTraces, UserTraces
+
+OF_USERS = (*OF_AVATARS, "contact", "state", "energy_u_s", "energy_v_s")  # at the server
 
 
 class Field(NamedTuple):
@@ -31,79 +32,14 @@ class Field(NamedTuple):
     meaning: str
 
 
-_TIME = Field("s", "time since the start of the session")
-_LOOKED = Field(
-    "ns", "from the deadline to the look at the packets that had come; NaN where it is not known"
-)
-TICKS: Mapping[str, Field] = {
-    "time_s": _TIME,
-    "tick": Field("", "number of the tick of the force loop"),
-    "x_m": Field("m", "position of the device"),
-    "xd_m": Field("m/s", "velocity of the device"),
-    "f_h": Field("N", "force of the hand on the device; NaN where it is not known"),
-    "f_m": Field("N", "force asked for by the controller"),
-    "f_applied": Field("N", "force on the device, after the safety limits"),
-    "u_m": Field("sqrt(W)", "wave out of the master before its filter"),
-    "u_m_lp": Field("sqrt(W)", "wave out of the master after its filter"),
-    "v_m": Field("sqrt(W)", "wave into the master after the hold"),
-    "lateness_s": Field("s", "wake-up behind its deadline"),
-    "compute_s": Field("s", "time the tick took"),
-    "looked_ns": _LOOKED,
-}
-BLOCKS: Mapping[str, Field] = {
-    "time_s": Field("s", "end of the block"),
-    "state": Field("", "0 starting, 1 coupled, 2 damping, 3 fault"),
-}
-STEPS: Mapping[str, Field] = {
-    "time_s": _TIME,
-    "step": Field("", "number of the step of the server"),
-    "periods_s": Field("s", "how long the step lasts"),
-    "x_o": Field("m", "position of the object"),
-    "xd_o": Field("m/s", "velocity of the object"),
-    "target": Field("m", "where the task wants the object"),
-    "kinetic": Field("J", "kinetic energy of the object"),
-    "potential": Field("J", "energy stored in the springs of the contacts"),
-    "dissipated": Field("J", "heat of object and contacts so far"),
-    "looked_ns": _LOOKED,
-}
-AVATARS: Mapping[str, Field] = {
-    "x_s": Field("m", "position of the avatar"),
-    "xd_s": Field("m/s", "velocity of the avatar"),
-    "f_s": Field("N", "contact force on the avatar"),
-    "u_s": Field("sqrt(W)", "wave received by the server"),
-    "v_s": Field("sqrt(W)", "wave sent by the server"),
-    "contact": Field("", "1 in contact with the object"),
-    "state": Field("", "0 absent, 1 joining, 2 coupled, 3 damping"),
-    "energy_u_s": Field("J", "energy of the waves received so far"),
-    "energy_v_s": Field("J", "energy of the waves sent so far"),
-}
-PACKETS: Mapping[str, Field] = {
-    "time_s": Field("s", "when the packet was recorded"),
-    "epoch": Field("", "which start of the sender sent it"),
-    "seq": Field("", "number of the packet"),
-    "sent_ns": Field("ns", "time of sending on the sender's monotonic clock"),
-    "wave": Field("sqrt(W)", "the wave in the packet"),
-    "integral": Field("sqrt(W) s", "running integral of the wave"),
-    "energy": Field("J", "energy sent so far"),
-    "position": Field("m", "position of the sending end; an avatar's in the frame of its device"),
-}
-FATES: Mapping[str, Field] = {
-    "number": Field("", "number of the packet on the link"),
-    "epoch": Field("", "which start of the sender sent it"),
-    "seq": Field("", "number given by the sender"),
-    "size_bytes": Field("bytes", "size of the packet"),
-    "time_in_ns": Field("ns", "when it came in, on the emulator's monotonic clock"),
-    "time_due_ns": Field("ns", "when it was due to go out"),
-    "time_out_ns": Field("ns", "when it went out; 0: never"),
-    "fate": Field(
-        "", "0 delivered, 1 lost, 2 duplicate, 3 dropped by the rate, 4 queue full, 5 invalid"
-    ),
-    "cause": Field("", "0 none, else what decided the fate (PacketFate in docs/messages.md)"),
-}
+def declared(kind: type) -> dict[str, Field]:
+    """Return the columns that traces of a kind declare."""
+    hints = get_type_hints(kind, include_extras=True).items()
+    found = ((name, getattr(hint, "__metadata__", ())) for name, hint in hints)
+    return {name: Field(*texts) for name, texts in found if texts}
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(NamedTuple):
     """Columns that have the same rows, and what they mean."""
 
     name: str
@@ -116,43 +52,47 @@ def tables(traces: SessionTraces) -> list[Table]:
     found = [table for user in traces.users for table in _of_user(user)]
     found += _of_server(traces.server) if traces.server is not None else []
     found += [
-        _table(f"packets_{packets.topic.strip('/')}", packets, PACKETS)
+        _table(f"packets_{packets.topic.strip('/')}", packets)
         for packets in traces.packets.values()
     ]
-    found += [_table(f"fates_{fates.link}", fates, FATES) for fates in traces.fates.values()]
+    found += [_table(f"fates_{fates.link}", fates) for fates in traces.fates.values()]
     return found
 
 
 def _of_user(user: UserTraces) -> Iterator[Table]:
-    yield _table(user.name, user, TICKS)
-    energies = {f"energy_{name}": values for name, values in user.energy.items()}
-    accounts = {f"account_{name}": values for name, values in user.accounts.items()}
+    yield _table(user.name, user)
+    columns = {"time_s": user.block_time_s, "state": user.state}
     meanings = {
-        **BLOCKS,
-        **dict.fromkeys(energies, Field("J", "energy so far, summed by the master")),
-        **dict.fromkeys(accounts, Field("J", "energy kept by the controller")),
+        "time_s": Field("s", "end of the block"),
+        "state": Field("", "0 starting, 1 coupled, 2 damping, 3 fault"),
     }
-    columns = {"time_s": user.block_time_s, "state": user.state, **energies, **accounts}
+    for kind, sums, meaning in (
+        ("energy", user.energy, "energy so far, summed by the master"),
+        ("account", user.accounts, "energy kept by the controller"),
+    ):
+        columns |= {f"{kind}_{name}": values for name, values in sums.items()}
+        meanings |= {f"{kind}_{name}": Field("J", meaning) for name in sums}
     yield Table(plain(f"{user.name}_blocks"), columns, meanings)
 
 
 def _of_server(server: ServerTraces) -> Iterator[Table]:
-    steps = _table("server", server, STEPS)
+    _, columns, meanings = _table("server", server)
     accounts = {f"account_{name}": values for name, values in server.accounts.items()}
-    meanings = {name: Field("J", "energy kept by the server") for name in accounts}
-    yield Table("server", {**steps.columns, **accounts}, {**STEPS, **meanings})
+    kept = dict.fromkeys(accounts, Field("J", "energy kept by the server"))
+    whole = {name: each for name, each in columns.items() if name not in OF_USERS}
+    yield Table("server", {**whole, **accounts}, {**meanings, **kept})
     for index, user in enumerate(server.users):
-        columns = {name: np.asarray(getattr(server, name)[index]) for name in AVATARS}
-        columns["contact"] = columns["contact"].astype(np.uint8)
-        columns = {"time_s": server.time_s, **columns}
-        yield Table(plain(f"server_{user}"), columns, {"time_s": _TIME, **AVATARS})
+        own = {name: np.asarray(getattr(server, name)[index]) for name in OF_USERS}
+        own["contact"] = own["contact"].astype(np.uint8)
+        yield Table(plain(f"server_{user}"), {"time_s": server.time_s, **own}, meanings)
 
 
-def _table(name: str, traces: object, columns: Mapping[str, Field]) -> Table:
-    values = {column: np.asarray(getattr(traces, column)) for column in columns}
+def _table(name: str, traces: object) -> Table:
+    meanings = declared(type(traces))
+    values = {column: np.asarray(getattr(traces, column)) for column in meanings}
     if "looked_ns" in values and not len(values["looked_ns"]):
         values["looked_ns"] = np.full(len(values["time_s"]), np.nan)
-    return Table(plain(name), values, columns)
+    return Table(plain(name), values, meanings)
 
 
 def plain(name: str) -> str:
@@ -198,17 +138,11 @@ def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:
             axes = by_axis(name, values)
             columns |= axes
             meanings += [(table.name, axis, *table.meanings[name]) for axis in axes]
-        rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-        _rows(folder / f"{table.name}.csv", columns, rows)
-    _rows(folder / "columns.csv", ["table", "column", "unit", "meaning"], meanings)
-    _rows(folder / "parameters.csv", ["parameter", "value"], about.items())
-
-
-def _rows(file: Path, head: Iterable[str], rows: Any) -> None:
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(head)
-        table.writerows(rows)
+        write_table(folder / f"{table.name}.csv", columns)
+    heads = ("table", "column", "unit", "meaning")
+    write_table(folder / "columns.csv", dict(zip(heads, zip(*meanings, strict=True), strict=True)))
+    parameters: dict[str, Sequence[Any]] = {"parameter": [*about], "value": [*about.values()]}
+    write_table(folder / "parameters.csv", parameters)
 
 
 def _write_mat(file: Path, found: Sequence[Table], about: About) -> None:

@@ -5,26 +5,27 @@
 It never decodes a message; it only reads the publishers' numbers, to know what is missing. It says
 ``ready`` on standard output once a publisher is matched on every topic it waits for.
 
-What arrives waits in the subscriptions' queues until this thread takes it, and then in memory
-until the writing thread has the disk. Both threads run above ordinary programs and below the
+What arrives waits in the subscriptions' queues until this thread takes it, and then in a bounded
+queue until the writing thread has the disk. Both threads run above ordinary programs and below the
 loops: a busy machine delays the recording and does not thin it out.
 """
 
 import bisect
+import queue
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from pmwvc_analysis.recording.format.topics import Topic, about, session_topics
-from pmwvc_analysis.recording.live import BackgroundWriter
 from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.recording.salvage import RawMessage
+from pmwvc_analysis.recording.topics import Topic, about, session_topics
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
@@ -39,6 +40,84 @@ LINGER_S = 0.2  # after being asked to stop: what was just sent still arrives
 GLOBAL = ("/diagnostics", "/parameter_events")  # whatever the namespace
 # Below the loops whose packets these are; the middleware above what empties its queues.
 RECEPTION_PRIORITY, PRIORITY = 5, 4
+
+
+QUEUE_BYTES = 256 << 20  # more than a minute of a session of eight users, 3.5 MiB a second
+FLUSH_S = 1.0
+
+
+class BackgroundWriter:
+    """Hands messages to a :class:`SessionWriter` in a thread of its own, which nobody waits for.
+
+    Only that thread touches the writer until :meth:`close` returns, and it calls ``prepare``
+    first, such as for a scheduling class of its own. ``capacity_bytes`` of messages may wait; what
+    does not fit is counted per topic, and its numbers are missing as well.
+    """
+
+    def __init__(
+        self, writer: SessionWriter, *, capacity_bytes: int = QUEUE_BYTES,
+        prepare: Callable[[], object] = lambda: None,
+    ) -> None:  # fmt: skip
+        self.writer = writer
+        self.overrun: Counter[str] = Counter()
+        self.most_waiting_bytes = 0
+        self._capacity, self._prepare = capacity_bytes, prepare
+        self._waiting: queue.SimpleQueue[Sequence[RawMessage]] = queue.SimpleQueue()
+        self._bytes, self._lock = 0, threading.Lock()  # of what waits
+        self._thread = threading.Thread(target=self._run, name="writer")
+        self._thread.start()
+
+    def put(self, messages: Sequence[RawMessage]) -> None:
+        """Take messages."""
+        size = sum(len(message.data) for message in messages)
+        with self._lock:
+            if self._bytes + size > self._capacity:
+                self.overrun.update(message.topic for message in messages)
+                return
+            self._bytes += size
+            self.most_waiting_bytes = max(self.most_waiting_bytes, self._bytes)
+        if messages:
+            self._waiting.put(messages)
+
+    def close(self) -> list[str]:
+        """Write what waits, complete the recording (record ``losses``), and return what is missing
+        in it and why, one line each.
+        """
+        counter = self.writer.counter
+        if self._thread.is_alive():
+            self._waiting.put(())
+            self._thread.join()
+            losses = {
+                topic: f"{messages} messages, {counter.missing(topic)} numbers missing, "
+                f"{self.overrun[topic]} not queued"
+                for topic, messages in counter.messages.items()
+            }
+            self.writer.add_metadata("losses", losses)
+            self.writer.close()
+        found = [f"{topic}: {n} did not fit the queue" for topic, n in self.overrun.items()]
+        if self.writer.problem:
+            found.append(f"{self.writer.problem}; {self.writer.refused} messages not written")
+        return found + counter.lines()
+
+    def _run(self) -> None:
+        """Write until an empty sequence comes."""
+        self._prepare()
+        flush_at = time.monotonic()
+        while True:
+            if time.monotonic() >= flush_at:
+                flush_at += FLUSH_S
+                self.writer.flush()
+                self.writer.refresh_metadata()
+            try:
+                messages = self._waiting.get(timeout=max(flush_at - time.monotonic(), 0.0))
+            except queue.Empty:
+                continue
+            if not messages:
+                return
+            with self._lock:
+                self._bytes -= sum(len(message.data) for message in messages)
+            for topic, _, log_ns, publish_ns, data in messages:
+                self.writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)
 
 
 class Recorder:
@@ -127,22 +206,33 @@ class Recorder:
 
 def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
     """Declare the parameters; return folder, topics and bytes of disk to be kept free."""
+
+    def flag(name: str, default: bool, description: str) -> bool:
+        return bool(declare_value(node, name, Spec(bool, description=description), default))
+
     text = Spec(str, description="session folder to record into")
-    relayed = Spec(bool, description="the links are emulated: waves have a topic at either end")
-    shown = Spec(bool, description="also record markers and diagnostics")
-    words = "disk space kept free: recording stops in good order there"
-    space = Spec(int, "MiB", low=0, description=words)
     folder = declare_value(node, "folder", text, "")
     users = declare_names(node, "users", ["user1", "user2"], "names of the users")
-    emulated = declare_value(node, "netem", relayed, True)
-    people = declare_value(node, "people", shown, True)
+    emulated = flag("netem", True, "the links are emulated: waves have a topic at either end")
+    people = flag("people", True, "also record markers, diagnostics and the targets of hands")
+    page = flag("page", False, "a page will lead the remote hands of the scenario: wait for it")
+    words = "disk space kept free: recording stops in good order there"
+    space = Spec(int, "MiB", low=0, description=words)
     reserve = declare_value(node, "reserve_mib", space, RESERVE_BYTES >> 20)
     if not folder:
         raise ParameterError("folder is empty: name the session folder to record into")
     if not users:
         raise ParameterError("users is empty: name at least one user")
     links = [f"{user}/{way}" for user in users for way in ("up", "down")] if emulated else []
-    return Path(folder), session_topics(users, links=links, people=people), reserve << 20
+    scenario = read_scenario(folder) if page else None
+    hands = (
+        [user.name for user in scenario.users if user.operator.from_outside] if scenario else []
+    )
+    return (
+        Path(folder),
+        session_topics(users, links=links, people=people, hands=hands),
+        reserve << 20,
+    )
 
 
 def _subscribed(node: Node, topic: Topic) -> Polled:

@@ -27,6 +27,7 @@ from launch_ros.actions import Node
 
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
+from pmwvc_bringup.session.processes import ENDS_WITH_PARENT
 from pmwvc_bringup.session.surroundings import new_folder
 
 ARGUMENTS = {
@@ -51,7 +52,7 @@ def session_nodes(context):
     file = folder / "scenario.yaml"
     file.write_text(scenarios.to_yaml(scenario), "utf-8")
     (folder / "nodes").mkdir()
-    actions, how = [], {"prefix": plan.ENDS_WITH_PARENT, "output": "screen"}
+    actions, how = [], {"prefix": ENDS_WITH_PARENT, "output": "screen"}
     page = plan.Page() if view else None
     for node in plan.nodes(scenario, folder=folder, paused=True, page=page):
         if node.kind == "recorder" and not record:

@@ -55,57 +55,37 @@ class Parser(argparse.ArgumentParser):
     """An argument parser whose refusals name the nearest right word."""
 
     def __init__(self, **options: Any) -> None:
-        options.setdefault("formatter_class", _HelpFormatter)
-        super().__init__(**{**options, "allow_abbrev": False})
+        super().__init__(**options, formatter_class=_HelpFormatter, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""
         from pmwvc_core.params.names import hint
 
-        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
-        options = re.match(r"unrecognized arguments: (\S+)", message)
         more = ""
-        if choice:
+        if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
             more = hint(choice[1], re.findall(r"[\w-]+", choice[2]))
-        elif options:
-            word = options[1].partition("=")[0]
-            owners = [name for name, nested in _nested(self) if word in _options_of(nested)]
-            only = f"; {word} is an option of {', '.join(owners)} only"
-            more = only if owners else hint(word, sorted(_options_of(self)))
+        elif option := re.match(r"unrecognized arguments: ([^\s=]+)", message):
+            options = {each.name: {one.name for one in each.arguments} for each in library()}
+            owners = [name for name, known in options.items() if option[1] in known]
+            known = sorted({"--help", "--version"}.union(*options.values()))
+            more = hint(option[1], [name for name in known if name.startswith("--")])
+            more = f"; {option[1]} is an option of {', '.join(owners)} only" if owners else more
         self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
 
 
 class _Version(argparse.Action):
-    """Prints the version."""
+    """Prints the version of the wheel without ROS, or of a workspace."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print it and exit."""
         from importlib import metadata
 
         found = "of an environment that was not built"
-        for distribution in ("pmwvc", "pmwvc_bringup"):  # of the wheel without ROS, of a workspace
+        for distribution in ("pmwvc", "pmwvc_bringup"):
             with contextlib.suppress(metadata.PackageNotFoundError):
                 found = metadata.version(distribution)
         print(f"pmwvc {found}")
         parser.exit()
-
-
-def _nested(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.ArgumentParser]]:
-    """Return the parsers of the sub-commands by name."""
-    return [
-        item
-        for action in parser._actions
-        if isinstance(action, argparse._SubParsersAction)
-        for item in action.choices.items()
-    ]
-
-
-def _options_of(parser: argparse.ArgumentParser) -> set[str]:
-    """Return the long options of a parser and its sub-commands."""
-    own = {name for action in parser._actions for name in action.option_strings}
-    return {name for name in own if name.startswith("--")}.union(
-        *(_options_of(nested) for _, nested in _nested(parser))
-    )
 
 
 def library() -> list[Command]:
@@ -122,24 +102,20 @@ def library() -> list[Command]:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command line."""
-    parser = Parser(
-        prog="pmwvc",
-        description="Networked cooperative haptics by passive multirate wave-variable control.",
-        epilog=EXAMPLES,
-    )
+    what = "Networked cooperative haptics by passive multirate wave-variable control."
+    parser = Parser(prog="pmwvc", description=what, epilog=EXAMPLES)
     text = "show program's version number and exit"
     parser.add_argument("--version", nargs=0, action=_Version, help=text)
     several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in library():
+        what = f"{command.help}."
         nested = several.add_parser(
-            command.name,
-            help=command.help,
-            description=f"{command.help}.",
-            epilog=command.examples,
+            command.name, help=command.help, description=what, epilog=command.examples
         )
         nested.set_defaults(command=command)
-        for add_to in command.arguments:
-            add_to(nested)
+        for name, text, options, completer in command.arguments:
+            action = nested.add_argument(name, help=text, **options)
+            action.completer = completer  # type: ignore[attr-defined]
     return parser
 
 

@@ -14,7 +14,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import yaml
 
@@ -111,7 +111,7 @@ def fitting(
     Where it cannot be run with any, all are returned: then the scenario itself is wrong.
     """
     defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if variants else {}
-    kept, left_out = [], {}
+    left_out = {}
     for variant in variants:
         texts = [*settings_texts, *settings_of(variant, defaults)]
         try:
@@ -123,9 +123,9 @@ def fitting(
             left_out[variant] = "; ".join(error.problems)
         except ParameterError as error:
             left_out[variant] = str(error)
-        else:
-            kept.append(variant)
-    return (kept, left_out) if kept else (list(variants), {})
+    if len(left_out) == len(variants):
+        return list(variants), {}
+    return [variant for variant in variants if variant not in left_out], left_out
 
 
 def variants_of(text: str | None) -> Sequence[str]:
@@ -138,8 +138,7 @@ def variants_of(text: str | None) -> Sequence[str]:
     return variants
 
 
-@dataclass(frozen=True)
-class Combination:
+class Combination(NamedTuple):
     """One choice of values: its label, the settings, the scenario, and whether a setting gives a
     parameter of its baseline; once tuned, where those parameters are from.
     """
@@ -162,33 +161,32 @@ def combinations(
     combinations, each once.
     """
     axes, problems = _axes(over)
+    defaults: dict[str, str] = {}
     if controllers:
         if CONTROLLER in axes:
             problems.append("--controllers and --over controller: give one of them")
         axes |= {CONTROLLER: list(controllers)}
-    defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if controllers else {}
-    count = math.prod(map(len, axes.values()))
-    if count > MOST:
-        problems.append(f"{count} combinations: must be at most {MOST}")
+        defaults = defaults_of(files.load(name, settings_texts=settings_texts))
+    if (count := math.prod(map(len, axes.values()))) > MOST:
+        raise ScenarioError(name, [*problems, f"{count} combinations: must be at most {MOST}"])
     last = [path.rpartition(".")[2] for path in axes]
     short = [b if last.count(b) == 1 else path for b, path in zip(last, axes, strict=True)]
     found = []
-    for values in itertools.product(*axes.values()) if count <= MOST else ():
+    for values in itertools.product(*axes.values()):
         texts = [f"{path}={value}" for path, value in zip(axes, values, strict=True)]
         if controllers:
             texts = [*settings_of(values[-1], defaults), *texts[:-1]]
+        texts = [*settings_texts, *texts]
         try:
-            scenario = files.load(
-                name, settings_texts=[*settings_texts, *texts], users=users, duration_s=duration_s
-            )
+            scenario = files.load(name, settings_texts=texts, users=users, duration_s=duration_s)
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
         baseline = f"baseline.{scenario.controller}."
-        given = any(baseline in text.partition("=")[0] for text in (*settings_texts, *texts))
+        given = any(baseline in text.partition("=")[0] for text in texts)
         label = ", ".join(f"{n} = {v}" for n, v in zip(short, values, strict=True))
-        given_values = dict(zip(axes, map(yaml.safe_load, values), strict=True))
-        found.append(Combination(label or scenario.name, given_values, scenario, given))
+        settings = dict(zip(axes, map(yaml.safe_load, values), strict=True))
+        found.append(Combination(label or scenario.name, settings, scenario, given))
     if problems:
         raise ScenarioError(name, problems)
     return found
@@ -199,10 +197,9 @@ def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
     axes: dict[str, list[str]] = {}
     problems = []
     for text in over:
-        path, equals, rest = text.partition("=")
-        path = path.strip()
-        values = [value.strip() for value in rest.split(",")]
-        if not equals or not path or not all(values):
+        path, _, rest = text.partition("=")
+        path, values = path.strip(), [value.strip() for value in rest.split(",")]
+        if not path or not all(values):
             problems.append(f"--over {text}: must be name=a,b,..., e.g. link.delay_s=0,0.016")
         elif path in axes:
             problems.append(f"--over {path}: is given twice; give all its values once")

@@ -8,30 +8,37 @@ is a command. Heavy imports stand inside functions: ``pmwvc --help`` has to answ
 """
 
 import argparse
+import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from pmwvc_core.scenario.scenario import Scenario
 
-Argument = Callable[[argparse.ArgumentParser], None]
+
+class Argument(NamedTuple):
+    """An argument: its name and help, further options of ``add_argument``, and the words that a
+    shell may offer for it.
+    """
+
+    name: str
+    help: str
+    options: Mapping[str, Any]
+    completer: Callable[..., list[str]] | None = None
+
+    def but(self, text: str | None = None, *, name: str = "", **options: Any) -> "Argument":
+        """Return the same argument with another help, name or other options."""
+        text = self.help if text is None else text
+        return Argument(name or self.name, text, {**self.options, **options}, self.completer)
 
 
 def argument(
-    *names: str, completer: Callable[..., list[str]] | None = None, **options: Any
+    name: str, text: str = "", *, completer: Callable[..., list[str]] | None = None, **options: Any
 ) -> Argument:
-    """Return what adds an argument to a parser, with the options of ``add_argument`` and the words
-    that a shell may offer for it.
-    """
-
-    def add_to(parser: argparse.ArgumentParser) -> None:
-        action = parser.add_argument(*names, **options)
-        if completer is not None:
-            action.completer = completer  # type: ignore[attr-defined]
-
-    return add_to
+    """Return an argument."""
+    return Argument(name, text, options, completer)
 
 
 class Result(NamedTuple):
@@ -42,9 +49,7 @@ class Result(NamedTuple):
 
 
 class Command(NamedTuple):
-    """One command of ``pmwvc``; ``run`` raises ``PmwvcError`` for a mistake of the user (exit
-    code 2).
-    """
+    """One command; ``run`` raises ``PmwvcError`` for a mistake of the user (exit code 2)."""
 
     name: str
     help: str  # one clause, without a full stop
@@ -53,11 +58,15 @@ class Command(NamedTuple):
     run: Callable[[argparse.Namespace], Result]
 
 
-def command(
-    name: str, help_text: str, examples: str, *arguments: Argument
-) -> Callable[[Callable[[argparse.Namespace], Result]], Command]:
-    """Make a function a command."""
-    return lambda run: Command(name, help_text, examples, arguments, run)
+def command(*arguments: Argument) -> Callable[[Callable[[argparse.Namespace], Result]], Command]:
+    """Make a function the command of its name; its docstring is the help."""
+
+    def made(run: Callable[[argparse.Namespace], Result]) -> Command:
+        summary, _, rest = inspect.cleandoc(run.__doc__ or "").partition("\n\n")
+        text = summary[0].lower() + summary[1:].removesuffix(".")
+        return Command(run.__name__.rstrip("_"), text, rest, arguments, run)
+
+    return made
 
 
 def scenario_names(**_: object) -> list[str]:
@@ -98,38 +107,11 @@ class _Once(argparse.Action):
         option_string: str | None = None,
     ) -> None:  # fmt: skip
         """Add a text to those before."""
-        name, before = values.partition("=")[0].strip(), getattr(namespace, self.dest)
-        if name in [text.partition("=")[0].strip() for text in before]:
+        texts = [*getattr(namespace, self.dest), values]
+        *before, name = [text.partition("=")[0].strip() for text in texts]
+        if name in before:
             parser.error(f"{option_string} {values}: {name} is given twice")
-        setattr(namespace, self.dest, [*before, values])
-
-
-def settings(target: str = "a parameter") -> Argument:
-    """Return ``--set``."""
-    options = {"metavar": "NAME=VALUE", "help": f"change {target}; may be repeated"}
-    kept = {"dest": "settings", "action": _Once, "default": []}
-    return argument("--set", completer=parameter_names, **options, **kept)
-
-
-def duration(sessions: str = "the session") -> Argument:
-    """Return ``--duration``."""
-    return argument("--duration", type=float, metavar="S", help=f"length of {sessions} in s")
-
-
-def out(text: str, *, metavar: str = "FOLDER") -> Argument:
-    """Return ``--out``."""
-    return argument("--out", type=path, metavar=metavar, help=text)
-
-
-def json_document(text: str = "print JSON on stdout and nothing else") -> Argument:
-    """Return ``--json``."""
-    return argument("--json", action="store_true", help=text)
-
-
-def flag(name: str, text: str) -> Argument:
-    """Return an option without a value; ``--no-NAME`` makes NAME false."""
-    dest, off = name.removeprefix("--no-").removeprefix("--"), name.startswith("--no-")
-    return argument(name, dest=dest, action="store_false" if off else "store_true", help=text)
+        setattr(namespace, self.dest, texts)
 
 
 def path(text: str) -> Path:
@@ -137,20 +119,25 @@ def path(text: str) -> Path:
     return Path(text).expanduser()
 
 
-def scenario(name: str = "scenario", **options: Any) -> Argument:
-    """Return the argument that is a scenario."""
-    named = {"metavar": name.upper(), "help": "name, or a YAML file"}
-    return argument(name, completer=scenario_names, **named, **options)
+def flag(name: str, text: str) -> Argument:
+    """Return an option without a value; ``--no-NAME`` makes NAME false."""
+    dest, off = name.removeprefix("--no-").removeprefix("--"), name.startswith("--no-")
+    return argument(name, text, dest=dest, action="store_false" if off else "store_true")
 
 
-def folder(name: str = "folder", text: str = "a session folder", **options: Any) -> Argument:
-    """Return the argument that is a session folder, or several."""
-    named: dict[str, Any] = {"type": path, "metavar": "FOLDER", "help": text}
-    return argument(name, completer=session_folders, **named, **options)
-
-
-SCENARIO, FOLDER = scenario(), folder()
-USERS = argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
+NAMED: Any = {"metavar": "SCENARIO", "completer": scenario_names}
+SCENARIO = argument("scenario", "name, or a YAML file", **NAMED)
+KEPT: Any = {"type": path, "metavar": "FOLDER"}
+FOLDER = argument("folder", "a session folder", completer=session_folders, **KEPT)
+OUT = argument("--out", **KEPT)
+USERS = argument("--users", "number of users, 1 to 8", type=int, metavar="N")
+DURATION = argument("--duration", "length of the session in s", type=float, metavar="S")
+COLLECTED: Any = {"dest": "settings", "action": _Once, "default": [], "metavar": "NAME=VALUE"}
+CHANGE = "change a parameter; may be repeated"
+SET = argument("--set", CHANGE, completer=parameter_names, **COLLECTED)
+JSON = flag("--json", "print JSON on stdout and nothing else")
+SUMMARY = JSON.but("print summary.json on stdout and nothing else")
+COMPARISON = JSON.but("print comparison.json on stdout and nothing else")
 LIVE = flag("--live", "use the loop phases of a live session")
 CHECK = flag(
     "--check",
@@ -158,25 +145,20 @@ CHECK = flag(
     "whole",
 )
 NO_FIGURES = flag("--no-figures", "write numbers only")
-GIVEN = (SCENARIO, USERS, settings())
-SESSION = (
-    *(SCENARIO, USERS, duration(), settings()),
-    out("session folder, new or empty (default: sessions/<UTC time>-<scenario>)"),
-    *(CHECK, NO_FIGURES, json_document("print summary.json on stdout and nothing else")),
-)
+NEW_FOLDER = OUT.but("session folder, new or empty (default: sessions/<UTC time>-<scenario>)")
 ADDRESS = "address of the page (127.0.0.1: this machine only; 0.0.0.0: the network, by token)"
+GIVEN = (SCENARIO, USERS, SET)
+MODEL = (*GIVEN, LIVE)  # for questions about the model of a scenario
+SESSION = (SCENARIO, USERS, DURATION, SET, NEW_FOLDER, CHECK, NO_FIGURES, SUMMARY)
 PAGE = (  # of commands that serve one
-    argument("--host", default="127.0.0.1", help=ADDRESS),
-    argument("--port", type=int, default=0, help="port of the page (0: any free one)"),
+    argument("--host", ADDRESS, default="127.0.0.1"),
+    argument("--port", "port of the page (0: any free one)", type=int, default=0),
     flag("--no-browser", "only print the address of the page"),
 )
-MODEL = (*GIVEN, LIVE)  # for questions about the model of a scenario
 
 
 def scenario_of(arguments: argparse.Namespace) -> "Scenario":
-    """Return the scenario named, and print on stderr what is unusual about it; ScenarioError with
-    every mistake of file and options.
-    """
+    """Return the scenario named, and print what is unusual; ScenarioError with every mistake."""
     from pmwvc_bringup import scenarios
     from pmwvc_core.scenario.names import doubts
 

@@ -4,7 +4,6 @@
 report of all of them: its files, and its table on the terminal.
 """
 
-import dataclasses
 import re
 import subprocess
 import sys
@@ -16,16 +15,22 @@ from typing import Any
 from rich.console import Console
 
 from pmwvc_analysis.compare import settings
-from pmwvc_analysis.compare.files import JSON, read_comparison, read_entries
 from pmwvc_analysis.compare.measures import Compared, measured
-from pmwvc_analysis.report.comparison_report import COLUMNS, PAGE, write
+from pmwvc_analysis.report.comparison import (
+    COLUMNS,
+    JSON,
+    PAGE,
+    read_comparison,
+    read_entries,
+    write,
+)
 from pmwvc_bringup.combinations import Combination
 from pmwvc_bringup.command import Result
 from pmwvc_bringup.output import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.quantities import cell
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.words import cell
 
 
 def folder_of(number: int, one: Combination) -> str:
@@ -36,14 +41,12 @@ def folder_of(number: int, one: Combination) -> str:
 
 def tuned(chosen: Sequence[Combination], show: Callable[[float], None]) -> list[Combination]:
     """Return the combinations with the baselines of each tuned for its scenario."""
-    found = []
-    for number, one in enumerate(chosen):
-
-        def part(ratio: float, *, before: int = number) -> None:
-            show((before + ratio) / len(chosen))
-
-        scenario, words = settings.tuned(one.scenario, part, given=one.given)
-        found.append(dataclasses.replace(one, scenario=scenario, tuning=words))
+    found: list[Combination] = []
+    for one in chosen:
+        scenario, words = settings.tuned(
+            one.scenario, lambda ratio: show((len(found) + ratio) / len(chosen)), given=one.given
+        )
+        found.append(one._replace(scenario=scenario, tuning=words))
     return found
 
 

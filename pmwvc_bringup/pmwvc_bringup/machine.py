@@ -10,6 +10,7 @@ loaded there: other systems lack its modules. Checks of a recorded session:
 import importlib
 import importlib.metadata
 import importlib.util
+import math
 import os
 import platform
 import shutil
@@ -23,17 +24,16 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from pmwvc_analysis.recording.format.topics import live_bytes_per_minute
-from pmwvc_bringup import scenarios
-
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 MIB = 2**20
+MIB_A_MINUTE, MIB_A_MINUTE_OF_USER = 2.1, 5.8  # of a live recording at 1 kHz, measured
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 TICK_NS = 1_000_000  # the force loop of every scenario
 LINUX = "Linux"
 LIVE_ONLY = "run make setup for live sessions; all commands but run and node work without"
 Answer = TypeVar("Answer")
 Outcome: TypeAlias = tuple[str, ...]  # status, text and, but where all is well, the remedy
+Rule: TypeAlias = tuple[bool, str, str]  # whether it is broken, the status then, the remedy
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,15 @@ def examine() -> list[MachineCheck]:
     return findings
 
 
+def _judged(text: str, *rules: Rule) -> Outcome:
+    """Return status and remedy of the first rule that is broken, else that all is well."""
+    return next(((status, text, remedy) for broken, status, remedy in rules if broken), (OK, text))
+
+
 def _python() -> Outcome:
     text = f"{platform.python_version()} in {sys.prefix}"
-    if not (3, 11) <= sys.version_info[:2] <= (3, 13):
-        return PROBLEM, text, "use Python 3.11 to 3.13: make setup"
-    return OK, text
+    wrong = not (3, 11) <= sys.version_info[:2] <= (3, 13)
+    return _judged(text, (wrong, PROBLEM, "use Python 3.11 to 3.13: make setup"))
 
 
 def _ros() -> Outcome:
@@ -90,10 +94,10 @@ def _system() -> Outcome:
 
 
 def _messages() -> Outcome:
+    names = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate", "Reception")
     try:
         messages = importlib.import_module("pmwvc_msgs.msg")
         support = importlib.import_module("rclpy.type_support")
-        names = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate", "Reception")
         for name in names:
             support.check_for_type_support(getattr(messages, name))
     except Exception as error:
@@ -101,24 +105,13 @@ def _messages() -> Outcome:
     return OK, f"{len(names)} types with their support libraries"
 
 
-def _compiler() -> Outcome:
-    tools = ("gcc", "g++", "make")
-    missing = ", ".join(tool for tool in tools if not shutil.which(tool))
-    if missing:
-        text = f"{missing} missing: messages cannot be rebuilt"
-        return WARNING, text, "run apt install build-essential"
-    return OK, " ".join(tools)
-
-
 def _cores() -> Outcome:
-    count = len(os.sched_getaffinity(0))
-    load = os.getloadavg()[0]
-    text = f"{count} cores, load {load:.1f}"
-    if count < 2:
-        return WARNING, text, "use two cores or more: on one, loops wait for each other"
-    if load > count:
-        return WARNING, text, "close other programs: loops will be late"
-    return OK, text
+    count, load = len(os.sched_getaffinity(0)), os.getloadavg()[0]
+    return _judged(
+        f"{count} cores, load {load:.1f}",
+        (count < 2, WARNING, "use two cores or more: on one, loops wait for each other"),
+        (load > count, WARNING, "close other programs: loops will be late"),
+    )
 
 
 def _clock() -> Outcome:
@@ -129,23 +122,21 @@ def _clock() -> Outcome:
     late_ns = _in_thread(lambda: [pacer.wait().lateness_ns for _ in range(300)])
     half, most = np.percentile(late_ns, (50, 99)) / 1e3
     text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups: median lateness {half:.0f} µs"
-    text += f", 99th percentile {most:.0f} µs"
-    if resolution_ns > 1000:
-        return PROBLEM, text, "use a kernel with high-resolution timers"
-    if most > 1000:
-        return WARNING, text, "ticks will be late: the machine is busy or virtual"
-    return OK, text
+    return _judged(
+        f"{text}, 99th percentile {most:.0f} µs",
+        (resolution_ns > 1000, PROBLEM, "use a kernel with high-resolution timers"),
+        (most > 1000, WARNING, "ticks will be late: the machine is busy or virtual"),
+    )
 
 
 def _real_time() -> Outcome:
     from pmwvc_core.runtime.pacing import hold_memory, request_real_time
 
     report = _in_thread(lambda: hold_memory() + request_real_time(20))
-    text = str(report).removeprefix("real time: ")
-    if report.refused:
-        remedy = "set rtprio 20 and memlock unlimited in /etc/security/limits.conf; log in again"
-        return WARNING, text, remedy
-    return OK, text
+    remedy = "set rtprio 20 and memlock unlimited in /etc/security/limits.conf; log in again"
+    return _judged(
+        str(report).removeprefix("real time: "), (bool(report.refused), WARNING, remedy)
+    )
 
 
 def _shared_memory() -> Outcome:
@@ -154,60 +145,41 @@ def _shared_memory() -> Outcome:
         return OK, "not there; sessions do not use it"
     left = sorted(folder.glob("fastrtps_*")) + sorted(folder.glob("fastdds_*"))
     size = sum(path.stat().st_size for path in left if path.exists()) / MIB
-    free = shutil.disk_usage(folder).free / MIB
-    text = f"{free:.0f} MiB free"
-    if left:
-        text += f"; {len(left)} files of ROS programs, {size:.1f} MiB"
-        remedy = "if no ROS program is running, killed ones left them: run fastdds shm clean"
-        return WARNING, text, remedy
-    return OK, text
-
-
-def _limits() -> Outcome:
-    import resource
-
-    files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-    processes = resource.getrlimit(resource.RLIMIT_NPROC)[0]
-    shown = ("unlimited" if n == resource.RLIM_INFINITY else n for n in (files, processes))
-    text = "open files {}, processes {}".format(*shown)
-    if 0 <= files < 1024:
-        return WARNING, text, "run ulimit -n 1024"
-    if 0 <= processes < 512:
-        return WARNING, text, "run ulimit -u 512"
-    return OK, text
+    text = f"{shutil.disk_usage(folder).free / MIB:.0f} MiB free"
+    text += f"; {len(left)} files of ROS programs, {size:.1f} MiB" if left else ""
+    remedy = "if no ROS program is running, killed ones left them: run fastdds shm clean"
+    return _judged(text, (bool(left), WARNING, remedy))
 
 
 def _disk() -> Outcome:
-    free = shutil.disk_usage(Path.cwd()).free / MIB
-    loaded = {users: scenarios.load("carry_16ms", users=users) for users in (2, 8)}
-    sizes = {users: live_bytes_per_minute(one) / MIB for users, one in loaded.items()}
-    texts = (f"{size:.0f} MiB a minute with {users} users" for users, size in sizes.items())
-    text = f"{free / 1024:.1f} GiB free here; a live session takes about {', '.join(texts)}"
     if not os.access(Path.cwd(), os.W_OK):
         return PROBLEM, "this folder is not writable", "use --out, or start in a writable folder"
-    if free < 200:
-        return PROBLEM, text, "free disk space, or use --out"
-    if free < 2048:
-        return WARNING, text, "free disk space for long sessions, or use --out"
-    return OK, text
+    free = shutil.disk_usage(Path.cwd()).free / MIB
+    sizes = {users: MIB_A_MINUTE + users * MIB_A_MINUTE_OF_USER for users in (2, 8)}
+    texts = (f"{size:.0f} MiB a minute with {users} users" for users, size in sizes.items())
+    return _judged(
+        f"{free / 1024:.1f} GiB free here; a live session takes about {', '.join(texts)}",
+        (free < 200, PROBLEM, "free disk space, or use --out"),
+        (free < 2048, WARNING, "free disk space for long sessions, or use --out"),
+    )
 
 
 def _environment() -> Outcome:
     names = ("ROS_", "RMW_", "FASTDDS_", "FASTRTPS_", "CYCLONEDDS_")
     found = {k: v for k, v in sorted(os.environ.items()) if k.startswith(names)}
-    text = " ".join(f"{name}={value}" for name, value in found.items()) or "nothing set"
-    domain = found.get("ROS_DOMAIN_ID", "")
-    if domain and not (domain.isdigit() and int(domain) <= 232):
-        return PROBLEM, text, "ROS_DOMAIN_ID must be 0 to 101: change or unset it"
-    if domain and int(domain) > 101:
-        return WARNING, text, "ROS_DOMAIN_ID above 101: ports may be taken"
-    if found.get("ROS_DISTRO", "jazzy") != "jazzy":
-        return PROBLEM, text, "another ROS is sourced: use a fresh shell"
-    if found.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp") != "rmw_fastrtps_cpp":
-        return WARNING, text, "only rmw_fastrtps_cpp is tested; unset it"
-    if found.get(RANGE, "").upper() == "OFF":
-        return PROBLEM, text, f"{RANGE}=OFF: nodes do not discover each other; unset it"
-    return OK, text
+    domain = found.get("ROS_DOMAIN_ID") or "0"
+    number = int(domain) if domain.isdigit() else math.inf
+    distribution = found.get("ROS_DISTRO", "jazzy")
+    middleware = found.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+    alone = f"{RANGE}=OFF: nodes do not discover each other; unset it"
+    return _judged(
+        " ".join(f"{name}={value}" for name, value in found.items()) or "nothing set",
+        (number > 232, PROBLEM, "ROS_DOMAIN_ID must be 0 to 101: change or unset it"),
+        (number > 101, WARNING, "ROS_DOMAIN_ID above 101: ports may be taken"),
+        (distribution != "jazzy", PROBLEM, "another ROS is sourced: use a fresh shell"),
+        (middleware != "rmw_fastrtps_cpp", WARNING, "only rmw_fastrtps_cpp is tested; unset it"),
+        (found.get(RANGE, "").upper() == "OFF", PROBLEM, alone),
+    )
 
 
 def _in_thread(work: Callable[[], Answer]) -> Answer:
@@ -217,8 +189,8 @@ def _in_thread(work: Callable[[], Answer]) -> Answer:
 
 
 CHECKS: dict[str, Callable[[], Outcome]] = {
-    "python": _python, "ros": _ros, "messages": _messages, "compiler": _compiler, "cores": _cores,
-    "clock": _clock, "real time": _real_time, "/dev/shm": _shared_memory, "limits": _limits,
-    "disk": _disk, "environment": _environment,
+    "python": _python, "ros": _ros, "messages": _messages, "cores": _cores, "clock": _clock,
+    "real time": _real_time, "/dev/shm": _shared_memory, "disk": _disk,
+    "environment": _environment,
 }  # fmt: skip
 NOT_LIVE: dict[str, Callable[[], Outcome]] = {"python": _python, "system": _system, "disk": _disk}

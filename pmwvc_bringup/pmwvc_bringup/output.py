@@ -18,7 +18,6 @@ from pmwvc_core.errors import file_errors
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.progress import Progress
 
     from pmwvc_analysis.charts.chart import Chart
 
@@ -74,75 +73,57 @@ def terminal(*, stderr: bool = False) -> "Console":
 
 
 QUIET_S = 2.0  # what takes less is not mentioned
-LINE_S = 10.0  # between two lines of one ratio where there is no terminal
+LINE_S = 10.0  # between two lines of one part where there is no terminal
+LOOK_S = 0.1
 
 
 class Doing:
-    """One part of a command's work after the other, each named on stderr once it has lasted
-    ``QUIET_S``: a bar on a terminal, else lines. Called with a ratio it shows that as well.
+    """One part of a command's work after the other, each shown once it has lasted ``QUIET_S``: by
+    a bar on a terminal, else by lines. Called with a ratio it shows that as well.
     """
 
-    def __init__(self, console: "Console") -> None:
-        self._console = console
-        self._lock = threading.Lock()
-        self._timer = threading.Timer(0.0, self._show)
-        self._text = ""
-        self._ratio: float | None = None
-        self._bar: Progress | None = None
-        self._line_s: float | None = None  # when the next line is due
+    def __init__(self, text: str) -> None:
+        self.part(text)
 
     def part(self, text: str) -> None:
         """Begin another part."""
-        with self._lock:
-            self._timer.cancel()
-            self._text, self._ratio, self._line_s = text, None, None
-            if self._bar is not None:
-                self._bar.reset(self._bar.task_ids[0], description=text, total=None)
-                return
-            self._timer = threading.Timer(QUIET_S, self._show)
-            self._timer.daemon = True
-            self._timer.start()
+        self._now: tuple[str, float, float | None] = text, time.monotonic(), None
 
     def __call__(self, ratio: float) -> None:
-        """Show how much of this part is done, 0 to 1."""
-        with self._lock:
-            self._ratio = ratio
-            if self._bar is not None:
-                self._bar.update(self._bar.task_ids[0], total=1.0, completed=ratio)
-            elif self._line_s is not None and time.monotonic() >= self._line_s:
-                self._line()
+        """Tell how much of this part is done, 0 to 1."""
+        self._now = (*self._now[:2], ratio)
 
-    def end(self) -> None:
-        """Say nothing more."""
-        with self._lock:
-            self._timer.cancel()
-            self._text = ""
-            if self._bar is not None:
-                self._bar.stop()
-
-    def _show(self) -> None:
+    def show(self, console: "Console", ended: threading.Event) -> None:
+        """Show the part of each moment until all have ended."""
+        if ended.wait(QUIET_S):
+            return
         from rich.progress import Progress
 
-        with self._lock:
-            if self._text and self._console.is_interactive:
-                self._bar = Progress(console=self._console, transient=True)
-                self._bar.add_task(self._text, total=None)
-                self._bar.start()
-            elif self._text:
-                self._line()
-
-    def _line(self) -> None:
-        done = "" if self._ratio is None else f": {100.0 * self._ratio:.0f} %"
-        self._console.print(f"{self._text}{done}", markup=False)
-        self._line_s = time.monotonic() + LINE_S
+        drawn, line_s, shown = console.is_interactive, 0.0, ""
+        with Progress(console=console, transient=True, disable=not drawn) as bar:
+            while not ended.wait(LOOK_S):
+                text, begin_s, ratio = self._now
+                if time.monotonic() < begin_s + QUIET_S:
+                    continue
+                if drawn:
+                    whole = None if ratio is None else 1.0
+                    tasks = bar.task_ids or [bar.add_task(text, total=None)]
+                    bar.update(tasks[0], description=text, total=whole, completed=ratio or 0.0)
+                elif text != shown or (ratio is not None and time.monotonic() >= line_s):
+                    done = "" if ratio is None else f": {100.0 * ratio:.0f} %"
+                    console.print(f"{text}{done}", markup=False)
+                    line_s, shown = time.monotonic() + LINE_S, text
 
 
 @contextlib.contextmanager
 def doing(text: str, console: "Console | None" = None) -> Iterator[Doing]:
     """Name work while it lasts, on stderr by default."""
-    work = Doing(console or terminal(stderr=True))
-    work.part(text)
+    work, ended = Doing(text), threading.Event()
+    to = console or terminal(stderr=True)
+    thread = threading.Thread(target=work.show, args=(to, ended), daemon=True)
+    thread.start()
     try:
         yield work
     finally:
-        work.end()
+        ended.set()
+        thread.join()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import yaml
 
-from pmwvc_analysis.recording.format.scenario_file import mapping_in, yaml_text
+from pmwvc_analysis.recording.scenario_file import mapping_in, yaml_text
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import flat_mapping, hint
 from pmwvc_core.scenario.reader import parse_scenario
@@ -58,9 +58,7 @@ def find(name: str) -> Path:
 
 
 def read(path: Path) -> dict[str, object]:
-    """Return the values of a scenario file by dotted name, with absolute paths of named files;
-    ScenarioError where it cannot be read or is not YAML, with line and column.
-    """
+    """Return a file's values by dotted name, with absolute paths of named files; ScenarioError."""
     return _with_files(mapping_in(path), path.resolve().parent)
 
 

@@ -24,7 +24,6 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typing import templates
 from numba.extending import models, overload, register_model
 
-from pmwvc_core.expressions import BY_AXIS
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
 
@@ -216,7 +215,7 @@ def _elementwise(function: Callable[..., Any]) -> None:
     """Compile a function of two arguments, the first of which is a vector."""
 
     def build(a, b):
-        elements = [BY_AXIS[function][0].format(a="a", b="b", i=i) for i in range(len(a))]
+        elements = [vectors.BY_AXIS[function][0].format(a="a", b="b", i=i) for i in range(len(a))]
         return _built(f"def built(a, b):\n    return {_tuple(elements)}")
 
     overload(function, jit_options=BARE)(build)

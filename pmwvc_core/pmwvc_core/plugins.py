@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plug-ins by name, which other packages offer as entry points of a group: a *factory* makes an
 object (a device, an environment), a *record* describes a controller, a coupling, a link effect.
+Code of theirs is asked behind a guard, which counts where it fails.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -12,6 +13,9 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
 from pmwvc_core.errors import PLUGIN_ERRORS, ParameterError, PmwvcError, reason
+
+A = TypeVar("A")
+F = TypeVar("F")
 
 
 @dataclass(frozen=True)
@@ -43,11 +47,8 @@ class PluginGroup:
 
     def load(self, name: str) -> Any:
         """Import what a plug-in's entry point names; ``error`` where that cannot be done."""
-        point = self.required(name)
-        try:
-            return point.load()
-        except PLUGIN_ERRORS as error:  # whatever the package raises while it is imported
-            raise self.error(f"{self.where(name)} cannot be imported: {reason(error)}") from error
+        with refused(self.where(name), self.error, "imported"):
+            return self.required(name).load()
 
     def make(self, name: str, setup: Any) -> Any:
         """Return what the factory of a plug-in makes of ``setup``; a PmwvcError of the type
@@ -64,14 +65,61 @@ class PluginGroup:
 
 
 @contextmanager
-def refused(where: str, error_type: type[PmwvcError] = ParameterError) -> Iterator[None]:
+def refused(
+    where: str, error_type: type[PmwvcError] = ParameterError, cannot_be: str = "made"
+) -> Iterator[None]:
     """Refuse by an ``error_type`` what a plug-in fails to make; a PmwvcError passes."""
     try:
         yield
     except PmwvcError:
         raise
     except PLUGIN_ERRORS as error:  # whatever a plug-in raises
-        raise error_type(f"{where} cannot be made: {reason(error)}") from error
+        raise error_type(f"{where} cannot be {cannot_be}: {reason(error)}") from error
+
+
+class BadAnswer(Exception):
+    """Code from outside answered with something that is no answer."""
+
+
+class Unanswered(BadAnswer):
+    """It has not answered in time, or is still busy with an earlier step."""
+
+
+class Faults:
+    """Count of the steps, or calls, in which what a parameter names was faulty, and the text of
+    the last fault; where the parameter names several, each fault says its own ``value``.
+    """
+
+    def __init__(self, parameter: str, value: str = "") -> None:
+        self._parameter, self._value = parameter, value
+        self.steps = 0
+        self.text = ""
+        self.what = parameter.removeprefix("server.")
+        self.replaced = self.what == "environment"  # by a damper, in those steps
+
+    def guarded(self, ask: Callable[[], A], fallback: F, value: str = "") -> A | F:
+        """Return what code from outside answers; where it fails the fallback, and count a step."""
+        try:
+            return ask()
+        except PLUGIN_ERRORS as error:  # whatever it raises
+            self.note(error, value)
+            return fallback
+
+    def note_users(self, bad: Iterable[bool], what: str) -> None:
+        """Count a step where the answer is bad for any user."""
+        if who := [user for user, is_bad in enumerate(bad) if is_bad]:
+            self.note(BadAnswer(f"returned {what} for users {who}"))
+
+    def note_jumps(self, body: Any) -> None:
+        """Count a step of an environment whose force jumped for users who are there."""
+        jumped = (seen.there and seen.jumped for seen in getattr(body, "users", ()))
+        self.note_users(jumped, "a force that jumped while hardly anything moved")
+
+    def note(self, error: BaseException, value: str = "") -> None:
+        """Count a step."""
+        what = str(error) if isinstance(error, BadAnswer) else f"raised {reason(error)}"
+        self.steps += 1
+        self.text = f"{self._parameter} = {value or self._value!r} {what}"
 
 
 def installed(group: str) -> dict[str, EntryPoint]:

@@ -5,7 +5,7 @@ run and a recording. Times are seconds since the start of the session.
 """
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from pmwvc_core.numeric import Array, Integers
 
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
+Looks = Annotated[Integers, "ns", "look at the packets that had come, behind the deadline"]
 
 
 def _unknown(kind: type = np.int64) -> Any:
@@ -23,26 +24,24 @@ def _unknown(kind: type = np.int64) -> Any:
 
 @dataclass
 class UserTraces:
-    """One master: a row per executed tick, energies at the end of each block of M ticks. ``f_h``
-    is NaN where it is not known; ``state``: 0 starting, 1 coupled, 2 damping, 3 fault.
-    """
+    """One master: a row per executed tick, energies at the end of each block of M ticks."""
 
     name: str
     tick_s: float
-    time_s: Array  # (tick,)
-    tick: Integers  # (tick,) number of the tick, consecutive when nothing is missing
-    x_m: Array  # (..., tick, dof) [m]
-    xd_m: Array  # [m/s]
-    f_h: Array  # [N] hand on device
-    f_m: Array  # [N] asked for by the controller
-    f_applied: Array  # [N] after the safety limits
-    u_m: Array  # [sqrt(W)]
-    u_m_lp: Array
-    v_m: Array
-    lateness_s: Array  # (tick,) wake-up behind its deadline; zero in virtual time
-    compute_s: Array  # (tick,)
+    time_s: Annotated[Array, "s", "time since the start of the session"]  # (tick,)
+    tick: Annotated[Integers, "", "number of the tick of the force loop"]
+    x_m: Annotated[Array, "m", "position of the device"]  # (..., tick, dof)
+    xd_m: Annotated[Array, "m/s", "velocity of the device"]
+    f_h: Annotated[Array, "N", "force of the hand on the device; NaN where it is not known"]
+    f_m: Annotated[Array, "N", "force asked for by the controller"]
+    f_applied: Annotated[Array, "N", "force on the device, after the safety limits"]
+    u_m: Annotated[Array, "sqrt(W)", "wave out of the master before its filter"]
+    u_m_lp: Annotated[Array, "sqrt(W)", "wave out of the master after its filter"]
+    v_m: Annotated[Array, "sqrt(W)", "wave into the master after the hold"]
+    lateness_s: Annotated[Array, "s", "wake-up behind its deadline"]  # zero in virtual time
+    compute_s: Annotated[Array, "s", "time the tick took"]
     block_time_s: Array  # (block,) end of each block
-    state: Integers  # (..., block)
+    state: Integers  # (..., block) 0 starting, 1 coupled, 2 damping, 3 fault
     reason: list[str]  # (block,) why the state is what it is, "" when coupled
     energy: dict[str, Array]  # ENERGIES -> (..., block) [J]
     missed: int = 0
@@ -51,7 +50,7 @@ class UserTraces:
     block_number: Integers = _unknown()  # (block,) consecutive where none is missing
     epoch: NDArray[np.uint64] = _unknown(np.uint64)  # (block,) start of the master
     changes: Integers = _unknown()  # (block,) frames up to it that took changes over
-    looked_ns: Integers = _unknown()  # (tick,) from the deadline until packets were taken in
+    looked_ns: Looks = _unknown()  # (tick,)
     grid: int = 0  # ticks of the loop's clock before tick 0: frames begin at its multiples of M
 
     @property
@@ -72,9 +71,8 @@ class UserTraces:
     @property
     def nearest_look_ns(self) -> Integers:
         """When packets were taken in, as looked_ns, or the wake-up where that is not known."""
-        if len(self.looked_ns):
-            return self.looked_ns
-        return np.rint(np.maximum(self.lateness_s, 0.0) * 1e9).astype(np.int64)
+        woken_ns = np.rint(np.maximum(self.lateness_s, 0.0) * 1e9).astype(np.int64)
+        return self.looked_ns if len(self.looked_ns) else woken_ns
 
 
 @dataclass
@@ -82,33 +80,32 @@ class ServerTraces:
     """The server: a row per step of the environment; lists per user in the order of ``users``."""
 
     users: list[str]
-    periods_s: Array  # (step,) [s] how long each step lasts
-    time_s: Array  # (step,)
-    step: Integers  # (step,)
-    x_o: Array  # (..., step, dof)
-    xd_o: Array
-    target: Array  # (..., step, dof)
-    x_s: list[Array]
-    xd_s: list[Array]
-    f_s: list[Array]
-    u_s: list[Array]
-    v_s: list[Array]
-    contact: list[NDArray[np.bool_]]  # (..., step)
-    state: list[Integers]  # 0 absent, 1 joining, 2 coupled, 3 damping
-    energy_u_s: list[Array]  # (..., step) running sums [J]
-    energy_v_s: list[Array]
-    kinetic: Array  # (..., step) [J]
-    potential: Array
-    dissipated: Array
+    time_s: Annotated[Array, "s", "time since the start of the session"]  # (step,)
+    step: Annotated[Integers, "", "number of the step of the server"]
+    periods_s: Annotated[Array, "s", "how long the step lasts"]
+    x_o: Annotated[Array, "m", "position of the object"]  # (..., step, dof)
+    xd_o: Annotated[Array, "m/s", "velocity of the object"]
+    target: Annotated[Array, "m", "where the task wants the object"]
+    x_s: Annotated[list[Array], "m", "position of the avatar"]
+    xd_s: Annotated[list[Array], "m/s", "velocity of the avatar"]
+    f_s: Annotated[list[Array], "N", "contact force on the avatar"]
+    u_s: Annotated[list[Array], "sqrt(W)", "wave received by the server"]
+    v_s: Annotated[list[Array], "sqrt(W)", "wave sent by the server"]
+    contact: Annotated[list[NDArray[np.bool_]], "", "1 in contact with the object"]  # (..., step)
+    state: Annotated[list[Integers], "", "0 absent, 1 joining, 2 coupled, 3 damping"]
+    energy_u_s: Annotated[list[Array], "J", "energy of the waves received so far"]
+    energy_v_s: Annotated[list[Array], "J", "energy of the waves sent so far"]
+    kinetic: Annotated[Array, "J", "kinetic energy of the object"]  # (..., step)
+    potential: Annotated[Array, "J", "energy stored in the springs of the contacts"]
+    dissipated: Annotated[Array, "J", "heat of object and contacts so far"]
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
     changes: Integers = _unknown()  # (step,) steps up to it that took changes over
-    looked_ns: Integers = _unknown()  # (step,) from the deadline until packets were taken in
+    looked_ns: Looks = _unknown()  # (step,)
 
     @property
     def nearest_look_ns(self) -> Integers:
         """When packets were taken in, as looked_ns, or the deadline where that is not known."""
-        known = len(self.looked_ns) > 0
-        return self.looked_ns if known else np.zeros(len(self.time_s), dtype=np.int64)
+        return self.looked_ns if len(self.looked_ns) else np.zeros_like(self.step)
 
     @property
     def period_s(self) -> float:
@@ -121,15 +118,15 @@ class PacketTraces:
     """The packets seen on one topic, in the order recorded."""
 
     topic: str
-    time_s: Array  # when recorded
-    epoch: NDArray[np.uint64]
-    seq: Integers
-    sent_ns: Integers  # the sender's monotonic clock
+    time_s: Annotated[Array, "s", "when the packet was recorded"]
+    epoch: Annotated[NDArray[np.uint64], "", "which start of the sender sent it"]
+    seq: Annotated[Integers, "", "number of the packet"]
+    sent_ns: Annotated[Integers, "ns", "time of sending on the sender's monotonic clock"]
     period_s: Array  # time that each stands for
-    wave: Array  # (packet, dof)
-    integral: Array
-    energy: Array
-    position: Array  # (packet, dof) [m] of the sending end; an avatar's in the frame of its device
+    wave: Annotated[Array, "sqrt(W)", "the wave in the packet"]  # (packet, dof)
+    integral: Annotated[Array, "sqrt(W) s", "running integral of the wave"]
+    energy: Annotated[Array, "J", "energy sent so far"]
+    position: Annotated[Array, "m", "sending end; an avatar's in the frame of its device"]
 
 
 @dataclass
@@ -137,15 +134,15 @@ class FateTraces:
     """The fates of a link's packets; times on the emulator's monotonic clock."""
 
     link: str
-    number: Integers
-    epoch: NDArray[np.uint64]
-    seq: Integers
-    size_bytes: Integers
-    time_in_ns: Integers
-    time_due_ns: Integers
-    time_out_ns: Integers  # 0: never
-    fate: Integers  # 0 delivered, 1 lost, 2 duplicate, 3 dropped by rate, 4 queue full, 5 invalid
-    cause: Integers
+    number: Annotated[Integers, "", "number of the packet on the link"]
+    epoch: Annotated[NDArray[np.uint64], "", "which start of the sender sent it"]
+    seq: Annotated[Integers, "", "number given by the sender"]
+    size_bytes: Annotated[Integers, "bytes", "size of the packet"]
+    time_in_ns: Annotated[Integers, "ns", "when it came in, on the emulator's monotonic clock"]
+    time_due_ns: Annotated[Integers, "ns", "when it was due to go out"]
+    time_out_ns: Annotated[Integers, "ns", "when it went out; 0: never"]
+    fate: Annotated[Integers, "", "0 delivered, 1 lost, 2 copy, 3 rate limit, 4 queue, 5 invalid"]
+    cause: Annotated[Integers, "", "what decided the fate: CAUSE_* of PacketFate.msg, 0 none"]
 
 
 @dataclass

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.frame.rows import FrameReport, Row
+from pmwvc_core.frame import FrameReport, Row
 from pmwvc_core.numeric import Value, dot
 from pmwvc_core.runtime.messages import PER_AXIS, PER_TICK
 from pmwvc_core.runtime.pacing import Tick

@@ -24,7 +24,7 @@ from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
 from pmwvc_core.controllers.library import has_waves, record_of
-from pmwvc_core.frame.rows import LATE_NS
+from pmwvc_core.frame import LATE_NS
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime import messages
@@ -32,7 +32,7 @@ from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.runtime.watch import Watch
-from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.packet import Admission
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.blocks import FrameBlock

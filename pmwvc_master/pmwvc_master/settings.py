@@ -10,7 +10,7 @@ from rclpy.node import Node
 from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.made.waves import made_waves
 from pmwvc_core.master.safety import check_change
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams, TaskParams, specs
@@ -18,9 +18,9 @@ from pmwvc_core.params.ports import port_conflicts
 from pmwvc_core.runtime.parameter_values import SHARED_AT_MASTER, USER_AT_MASTER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare_top, declare_value
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
-from pmwvc_core.scenario.changes import NEEDS_STRICT
+from pmwvc_core.scenario.names import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.transport.admission import Token
+from pmwvc_core.transport.packet import Token
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup, limits_of
 

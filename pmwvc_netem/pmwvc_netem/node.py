@@ -95,7 +95,7 @@ class Netem:
                     try:
                         by_name[name].configure(params)
                     except PmwvcError as error:  # a plug-in cannot follow: the settings stay
-                        by_name[name].faults.note(params.effects, error)
+                        by_name[name].faults.note(error, params.effects)
                 for relayed in self._links:
                     relayed.take_in()
                 for relayed in self._links:
@@ -168,15 +168,15 @@ class Netem:
         values: dict[str, object] = {"release late max [us]": f"{late_ns / 1e3:.0f}"}
         failed = []
         for relayed in self._links:
-            c, faults = relayed.link.counters, relayed.link.faults
+            c, faults = relayed.link.counters, relayed.link.faults.steps
             ways = f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}"
             rest = f"in flight {c.queued}, invalid {relayed.invalid}"
             values[relayed.name] = f"{ways}, {rest}"
-            if faults.count:
-                values[f"{relayed.name}: faults"] = str(faults)
-            if faults.count > self._faults.get(relayed.name, 0):
-                self._faults[relayed.name] = faults.count
-                failed.append(f"{relayed.name}: {faults}")
+            if faults:
+                values[f"{relayed.name}: faults"] = relayed.link.failed
+            if faults > self._faults.get(relayed.name, 0):
+                self._faults[relayed.name] = faults
+                failed.append(f"{relayed.name}: {relayed.link.failed}")
                 self._node.get_logger().warning(failed[-1])
         values["real time"] = str(self._real_time)
         wrong = [*self._never_met(), *failed]

@@ -21,8 +21,8 @@ from typing import Any
 
 from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.params import ServerParams
+from pmwvc_core.plugins import Unanswered
 from pmwvc_core.server.black_box import Call, directly
-from pmwvc_core.server.contained import Unanswered
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import LIBRARY
 

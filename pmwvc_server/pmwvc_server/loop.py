@@ -3,7 +3,7 @@
 """The server's loop in real time: one step of the environment per period.
 
 :class:`pmwvc_core.ends.server_end.ServerEnd` has the protocol; this file gives it packets and
-times, :data:`pmwvc_core.frame.schedule.LIVE` after the frame starts on the grid of the monotonic
+times, :data:`pmwvc_core.frame.LIVE` after the frame starts on the grid of the monotonic
 clock that all processes of a machine share. Steps begin with the first user. No ROS here: links
 and observers are arguments.
 """
@@ -15,8 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame.rows import Presence, ServerRow
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE, Presence, ServerRow
 from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.pacing import Paced, Pacer, Tick

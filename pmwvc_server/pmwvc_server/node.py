@@ -16,10 +16,9 @@ import numpy as np
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
-from pmwvc_core.ends.server_view import kept_words, why_kept
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.ends.server_end import kept_words, why_kept
+from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.plural import count
 from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.watch import Watch
@@ -27,6 +26,7 @@ from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
+from pmwvc_core.words import count
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.settings import PauseParams, declare_settings
 from pmwvc_server.wires import RosWires, scene

@@ -40,10 +40,10 @@ from pmwvc_core.runtime.parameters import (
     pass_on,
 )
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
-from pmwvc_core.scenario.changes import FIXED, PERIOD, why_fixed
+from pmwvc_core.scenario.names import FIXED, PERIOD, why_fixed
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.transport.admission import Token
+from pmwvc_core.transport.packet import Token
 from pmwvc_server.asking import caller
 
 

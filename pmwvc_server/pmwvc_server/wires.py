@@ -16,11 +16,11 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
-from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.packet import Admission
 from pmwvc_server.loop import MadeStep, ServerLoop
 from pmwvc_server.settings import ServerSettings
 

@@ -10,8 +10,7 @@ from typing import Any
 from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.scenario.changes import PERIOD, RATE_DROP
-from pmwvc_core.scenario.names import resolved, spec_of, split_user
+from pmwvc_core.scenario.names import PERIOD, RATE_DROP, resolved, spec_of, split_user
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario
 

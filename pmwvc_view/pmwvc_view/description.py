@@ -19,7 +19,7 @@ from typing import Any
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.runtime.interrupts import held_back

@@ -12,7 +12,7 @@ import numpy as np
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_core.ends.server_view import LEAST_M
+from pmwvc_core.ends.server_end import LEAST_M
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
-from pmwvc_core.scenario.changes import why_fixed
+from pmwvc_core.scenario.names import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description, protocol
 from pmwvc_view.controls import Control, Setting, Settings

@@ -12,10 +12,10 @@ from functools import partial
 import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.forms import scalar, value, vector
-from pmwvc_core.ends.simulated_device import Target
+from pmwvc_core.ends.inbox import scalar, value, vector
+from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.frame.rows import SIGNALS, Frame, ServerRow
+from pmwvc_core.frame import SIGNALS, Frame, ServerRow
 from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.virtual_time import VirtualTime
@@ -65,7 +65,7 @@ class Simulation:
         """Step up to a tick."""
         while self.tick < until_tick:
             self.tick = min(self.tick + LONGEST, until_tick)
-            self._time.run(self.tick * self.tick_ns)
+            self._time.advance(self.tick * self.tick_ns)
             links = (link for user in self._time.users for link in (user.up, user.down))
             for number, link in enumerate(links):
                 # The newest fates; an arrival may lie ahead. No record of packets is kept.

@@ -18,10 +18,10 @@ from rich.console import Console
 from rich.table import Table
 
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample
+from pmwvc_core.frame import DeviceSample
 from pmwvc_core.scenario.scenario import Scenario
 
 FRAMES, REPEATS = 125, 5  # a second each

@@ -24,10 +24,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from support.processes import NodeProcess, ros
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
+from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_core.runtime.pacing import Pacer, hold_memory, request_real_time
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 

@@ -8,6 +8,7 @@ import subprocess
 from contextlib import ExitStack
 
 import pytest
+from support.excuses import pytest_runtest_makereport, pytest_runtest_protocol  # noqa: F401
 from support.processes import ros
 from support.sessions import ROOT, Ended, Running, shared_memory_of, without_domain
 

@@ -15,8 +15,7 @@ from support.relayed import Line, same
 
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.params import LinkParams
-from pmwvc_core.transport.admission import intact
-from pmwvc_core.transport.packet import size_bytes
+from pmwvc_core.transport.packet import intact, size_bytes
 from pmwvc_msgs.msg import LinkState
 from pmwvc_netem.node import main
 

@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from pmwvc_bringup.session.plan import ENDS_WITH_PARENT
+from pmwvc_bringup.session.processes import ENDS_WITH_PARENT
 from pmwvc_bringup.session.surroundings import own_domain
 
 pytestmark = pytest.mark.integration

@@ -19,7 +19,7 @@ from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.monitor import watching
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 
 pytestmark = pytest.mark.integration
 NAMESPACE, LENGTH_S = "/lab", 3.0

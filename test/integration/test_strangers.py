@@ -13,9 +13,8 @@ from support.processes import ros
 from support.sessions import ROOT, Running
 from support.verdicts import judged_stable
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.salvage import Salvage, messages
-from pmwvc_analysis.recording.whole import check_file
+from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.salvage import Salvage, check_file, messages
 from pmwvc_core.transport.packet import FLAG_LEAVING
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 

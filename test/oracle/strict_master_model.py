@@ -12,6 +12,8 @@ from oracle.strict_encoder_model import Encoder
 from oracle.strict_playout_model import PlayedWave
 from oracle.strict_receiver_model import Friction, Receiver
 
+from pmwvc_core.transport.packet import FLAG_SHORT
+
 KEPT_J, SAFE_J = 1e-4, 2e-3
 
 
@@ -189,9 +191,9 @@ class MasterModel:
         last = self.inbox.last
         if last is None:
             return
-        if self.asked_for and not last.short:
+        if self.asked_for and not last.flags & FLAG_SHORT:
             self.unpaid = 0.0
-        self.asked_for, self.short = bool(last.short), self.wave.lacks
+        self.asked_for, self.short = bool(last.flags & FLAG_SHORT), self.wave.lacks
         self.silent_after_s = max(self.least_silence_s, self.inbox.silence_ns * 1e-9)
 
     def _packet(self):

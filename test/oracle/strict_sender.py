@@ -5,7 +5,13 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, FLAG_WAITING, WavePacket
+from pmwvc_core.transport.packet import (
+    FLAG_ANEW,
+    FLAG_LEAVING,
+    FLAG_SHORT,
+    FLAG_WAITING,
+    WavePacket,
+)
 
 NETWORKS = {
     "wave": st.sampled_from((0.02, 0.3, 2.0)),  # [sqrt(W)]
@@ -56,6 +62,7 @@ class Sender:
         self.integral = self.integral + wave * period
         self.energy += 0.5 * period * self.share * float(wave @ wave)
         self.seq += 1
+        asks = network["asks"] and now // 200 % 2
         form = (lambda a: float(a[0])) if self.dof == 1 else np.copy
         packet = WavePacket(
             self.epoch,
@@ -67,8 +74,7 @@ class Sender:
             self.energy,
             form(position),
             *(1, echo_ns, 0),
-            flags=self.flags | (FLAG_LEAVING if leaving else 0),
-            short=network["asks"] and bool(now // 200 % 2),
+            flags=self.flags | (FLAG_LEAVING if leaving else 0) | (FLAG_SHORT if asks else 0),
         )
         if network["hostile"] and rng.random() < 0.05:
             name, value = FALSE[rng.integers(len(FALSE))]

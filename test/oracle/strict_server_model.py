@@ -15,6 +15,8 @@ from oracle.strict_playout_model import PlayedWave
 from oracle.strict_receiver_model import Friction, Receiver
 from scipy.optimize import brentq
 
+from pmwvc_core.transport.packet import FLAG_SHORT
+
 FLAG_LEAVING, FLAG_ANEW = 2, 8
 
 
@@ -170,7 +172,7 @@ class ServerModel:
         if not user.there:  # nothing, or that it shall prove itself
             asks = user.inbox.asks_for_proof(now_ns)
             return self._packet(user, wave=zero, position=zero) if asks else None
-        passed_j = user.wave.surplus(self.h, asked_for=bool(user.inbox.last.short))
+        passed_j = user.wave.surplus(self.h, asked_for=bool(user.inbox.last.flags & FLAG_SHORT))
         user.in_j += self._net(port.u) + passed_j
         user.back_j += self._net(port.v) + passed_j
         user.sent, user.sent_j = user.sent + port.v * self.h, user.sent_j + self._net(port.v)

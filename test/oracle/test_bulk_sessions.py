@@ -82,7 +82,7 @@ def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
 def test_a_compiled_loop_is_kept_for_later_processes_by_the_sources_of_the_laws(tmp_path):
     program = (
         "from pmwvc_core.compiled import compiled\n"
-        "from pmwvc_core.plant.task import minimum_jerk\n"
+        "from pmwvc_core.plant.forces import minimum_jerk\n"
         "made = compiled(minimum_jerk, kept=True)\n"
         "print(made(0.25), sum(made.stats.cache_hits.values()))"
     )

@@ -14,8 +14,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.nodes import brakes, limited
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.frame.rows import Presence
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE, Presence
 from pmwvc_core.law.port.strict_master import KEPT_J
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import RecordedFate, RecordedLink

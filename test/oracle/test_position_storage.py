@@ -18,7 +18,7 @@ from pmwvc_analysis.prediction.text import encoder_noise_w, lines
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.params import MasterParams, PositionParams
-from pmwvc_core.params.baselines import PspmParams
+from pmwvc_core.params.server import PspmParams
 from pmwvc_core.simulation.session import simulate_one
 
 ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")

@@ -12,17 +12,11 @@ from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import exact, replay, scenario_of
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 
 BASE = {
-    "name": "short",
-    "duration_s": 1.6,
-    "controller": "pmwvc",
-    "channel": "plain",
-    "users": 2,
+    **{"name": "short", "duration_s": 1.6, "controller": "pmwvc", "channel": "plain", "users": 2},
     "task": {
         "kind": "carry",
         "grip_s": 0.1,
@@ -31,15 +25,10 @@ BASE = {
         "move_rise_s": 0.5,
     },
     "link": {
-        "delay_s": 0.006,
-        "jitter": "normal",
-        "jitter_s": 0.003,
-        "loss": 0.1,
-        "duplicate": 0.1,
-        "keep_order": False,
+        **{"delay_s": 0.006, "jitter": "normal", "jitter_s": 0.003, "keep_order": False},
+        **{"loss": 0.1, "duplicate": 0.1},
     },
 }
-AS_LIVE = {"replay": {"answer_ticks": "4"}}  # what a replay of a live session says of itself
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 
 
@@ -115,17 +104,6 @@ def test_a_changed_parameter_is_what_a_simulation_with_the_same_network_does(rec
     assert max(user["force_max_n"] for user in result.differences) > 1e-2
 
 
-def test_a_replay_with_the_phases_of_live_loops_is_repeated_with_them(tmp_path):
-    scenario = parse_scenario(BASE)
-    phased = simulate_one(scenario, Conditions(schedule=LIVE))
-    plain = simulate_one(scenario)
-    gap = np.abs(phased.users[0].f_applied - plain.users[0].f_applied).max()
-    assert gap > 1e-3  # four milliseconds more of round trip are felt
-    record_traces(tmp_path, phased, scenario, metadata=AS_LIVE)
-    result = replay_of(tmp_path, scenario)
-    assert exact(result.differences)
-
-
 def test_a_replay_of_a_replay_is_the_replay(recorded, tmp_path):
     first = replay_of(recorded, read_scenario(recorded))
     record_traces(tmp_path, first.replayed, first.scenario, metadata=first.metadata())
@@ -147,8 +125,7 @@ def test_a_link_whose_settings_are_changed_is_simulated(recorded):
 def test_another_packet_rate_meets_the_losses_of_the_same_time(recorded):
     result = replay_of(recorded, changed(read_scenario(recorded), **{"master.rate_drop": 4}))
     before, after = (t.fates["user1/up"] for t in (result.recorded, result.replayed))
-    lost = before.time_in_ns[before.fate == 1]
-    again = after.time_in_ns[after.fate == 1]
+    lost, again = (each.time_in_ns[each.fate == 1] for each in (before, after))
     assert len(again) == 2 * len(lost)
     assert set(lost) <= set(again)
 
@@ -156,9 +133,8 @@ def test_another_packet_rate_meets_the_losses_of_the_same_time(recorded):
 def test_a_server_of_another_period_steps_on_its_own_grid_from_the_recorded_start(recorded):
     result = replay_of(recorded, changed(read_scenario(recorded), **{"server.period_s": 0.004}))
     before, after = (t.server.time_s for t in (result.recorded, result.replayed))
-    assert before[1] - before[0] == pytest.approx(0.008)
+    assert (before[1] - before[0], after[0]) == pytest.approx((0.008, before[0]))
     np.testing.assert_allclose(np.diff(after), 0.004)
-    assert after[0] == pytest.approx(before[0])
 
 
 @pytest.mark.parametrize(
@@ -175,20 +151,3 @@ def test_a_force_that_was_not_recorded_cannot_be_replayed(recorded):
     traces.users[1].f_h[:] = np.nan
     with pytest.raises(RecordingError, match="user2: no force of the hand was recorded"):
         replay(traces, scenario, scenario, hand="force")
-
-
-def test_late_ticks_are_late_and_missed_ticks_are_missed_again():
-    scenario = parse_scenario(BASE)
-    ran = np.arange(1600, dtype=np.int64) * 1_000_000
-    ran[300:330] += np.linspace(6e6, 1e5, 30).astype(np.int64)
-    ran[700:730] = -1
-    late = simulate_one(scenario, Conditions(schedule=LIVE, ran_ns={"user1": ran}))
-    assert late.users[0].missed == 30
-    assert late.users[0].lateness_s.max() == pytest.approx(6e-3)
-    late.metadata.update(AS_LIVE)
-    again = replay(late, scenario, scenario)
-    assert exact(again.differences)
-    on_time = simulate_one(scenario, Conditions(schedule=LIVE))
-    rows = np.flatnonzero(ran >= 0)
-    gap = np.abs(on_time.users[0].f_applied[rows] - late.users[0].f_applied).max()
-    assert gap > 1e-6

@@ -28,7 +28,7 @@ def carry(begin_s, *settings):
     sample = batch.users[0].device.sample
     for at_s, valid in ((begin_s, False), (begin_s and begin_s + SILENT_S, True)):
         if at_s is not None:
-            batch.time.run(round(at_s * 1e9))
+            batch.advance(round(at_s * 1e9))
             sample.valid = valid
     batch.run(lambda _: None)
     return scenario, batch.traces()

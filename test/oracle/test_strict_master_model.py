@@ -12,10 +12,10 @@ from oracle.strict_sender import NETWORKS, Sender
 from support.session_given import session_given
 
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample
+from pmwvc_core.frame import DeviceSample
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_WAITING
+from pmwvc_core.transport.packet import FLAG_SHORT, FLAG_WAITING
 
 H = 0.00101  # no time constant is a multiple of it: no comparison is decided by rounding
 H_NS = 1_010_000
@@ -135,7 +135,7 @@ def compared(case):
                 same(getattr(sent, name), getattr(packet, name), f"{name} of packet at {k}")
             same(sent.wave, packet.wave, f"wave of packet at {k}", within=NEAR)
             assert bool(sent.flags & FLAG_WAITING) == packet.waiting, k
-            assert bool(np.any(sent.short)) == packet.short, k
+            assert bool(sent.flags & FLAG_SHORT) == packet.short, k
         same(row[7], v, f"wave at {k}", within=NEAR)
         same(row[3], asked, f"force asked at {k}", within=NEAR)
         same(f, applied, f"force at {k}", within=NEAR)

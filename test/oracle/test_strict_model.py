@@ -72,7 +72,7 @@ def settled(scenario):
         return s._replace(arrivals=s.arrivals._replace(playout=stored._replace(pace=pace)))
 
     def give(batch):
-        batch.time.run(-(-300 // ticks) * ticks * batch.tick_ns)
+        batch.advance(-(-300 // ticks) * ticks * batch.tick_ns)
         guests = batch.server.s.guests
         pairs = zip(guests, paces, strict=True)
         guests = tuple(clocked(guest, up) for guest, (up, _) in pairs)
@@ -118,7 +118,7 @@ def test_the_clocks_of_a_session_come_to_the_course_of_the_model(values):
     ticks = hyperperiod_ticks(scenario)
     until = 14000 // ticks * ticks
     session = SteppedSession(dataclasses.replace(scenario, duration_s=14.0))
-    session.time.run(until * session.tick_ns)
+    session.advance(until * session.tick_ns)
     ends = session.server.s.guests[0], session.users[0].loop.s
     for end, expected in zip(ends, paces_of(scenario)[0], strict=True):
         found = end.arrivals.playout.pace

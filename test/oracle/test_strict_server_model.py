@@ -13,11 +13,11 @@ from oracle.strict_server_model import ServerModel, UserModel
 from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_WAITING
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_SHORT, FLAG_WAITING
 
 TICK_NS = 1_010_000  # no time constant is a multiple of it: no comparison is decided by rounding
 TICK_S = TICK_NS * 1e-9
@@ -122,7 +122,7 @@ def compare_users(row, answers, model, wanted, at):
         same(row.u_s[i], expected.u, f"wave used {what}", within=NEAR)
         same(row.f_s[i], user.f, f"force {what}", within=NEAR)
         same(row.x_s[i], expected.x_s, f"avatar {what}")
-        assert bool(np.any(sent.short)) == expected.short, what
+        assert bool(sent.flags & FLAG_SHORT) == expected.short, what
         assert row.state[i] is (Presence.DAMPING if expected.damped else Presence.COUPLED), what
 
 

@@ -32,17 +32,17 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_977, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        4_086,
+        3_866,
         2_500,
         inside(
             "pmwvc_core",
             *("wave", "master", "server", "controllers", "made"),
-            *("compiled.py", "unrolled.py", "expressions.py", "simulation/bulk"),
+            *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_607, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_530, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        5_185,
+        4_922,
         4_700,
         (
             *inside(
@@ -67,7 +67,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_954,
+        3_627,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -75,9 +75,9 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_859, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_715, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_244, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(4_036, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_220, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_890, 3_000, ("pmwvc_view",)),
 }

@@ -101,45 +101,35 @@ def test_the_numbers_of_a_page_are_those_of_the_commands_that_it_prints(step):
 
 
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.name)
-def test_every_command_of_a_page_is_run_for_its_numbers(step):
-    owners = [*step.runs.values(), *step.questions.values(), WATCHED[step.name]]
+def test_every_command_of_a_page_is_run_for_its_numbers_and_its_page_is_the_one_watched(step):
+    watched = WATCHED[step.name]
+    owners = [*step.runs.values(), *step.questions.values(), watched]
     printed = [each for each in commands(page_of(step)) if LIVE not in each]
     assert set(printed) <= {owner.command for owner in owners}
     before = STEPS[0].runs["far"]  # whose picture step 2 shows beside its own
     needed = {owner.command for owner in owners if owner != before or step is STEPS[0]}
     assert needed <= set(printed)
-
-
-@pytest.mark.parametrize("step", STEPS, ids=lambda step: step.name)
-def test_the_page_that_a_command_opens_is_the_session_that_was_watched(step):
-    watched = WATCHED[step.name]
-    opened = asked(watched.command)
-    duration_s = watched.run.duration_s
-    assert dataclasses.replace(opened, duration_s=duration_s) == watched.run.load()
+    opened = dataclasses.replace(asked(watched.command), duration_s=watched.run.duration_s)
+    assert opened == watched.run.load()
 
 
 def test_what_the_course_concludes_is_what_happened():
     by_number = {step.name[:2]: sessions(step.name) for step in STEPS}
 
-    def passive(number, name):
-        return by_number[number][name].summary["passivity"]["passive"]
+    def found(names, of):
+        return [of(by_number[n.split()[0]][n.split()[1]].summary) for n in names]
 
-    assert (
-        by_number["01"]["near"].summary["stable"] and not by_number["01"]["far"].summary["stable"]
-    )
-    assert passive("02", "waves") and by_number["02"]["waves"].summary["stable"]
-    assert passive("04", "filtered") and passive("04", "bare") is False
-    assert passive("05", "three")
-    assert by_number["06"]["implicit"].summary["stable"]
-    assert not by_number["06"]["one_frame_late"].summary["stable"]
-    assert passive("07", "l10") and passive("07", "l40") is False
-    assert passive("07", "strict")
+    stable = ["01 near", "02 waves", "06 implicit", "01 far", "06 one_frame_late"]
+    assert found(stable, lambda s: bool(s["stable"])) == [True] * 3 + [False] * 2
+    passive = ["02 waves", "04 filtered", "05 three", "07 l10", "07 strict", "10 far"]
+    active = ["04 bare", "07 l40", "10 coarse"]
+    verdicts = found([*passive, *active], lambda s: s["passivity"]["passive"])
+    assert verdicts == [True] * 6 + [False] * 3
     ahead = {
         name: abs(steady["device"] - steady["avatar"])
         for name, steady in ((name, by_number["07"][name].steady()) for name in ("l40", "strict"))
     }
     assert ahead["strict"] < ahead["l40"] / 2.0
-    assert passive("10", "far") and passive("10", "coarse") is False
     lines = prediction_text.lines(by_number["10"]["far"].scenario, live=False)
     claim = "Stable at any constant delay, hands off, while all contacts touch"
     assert any(claim in line for line in lines)

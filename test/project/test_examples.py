@@ -52,13 +52,6 @@ def test_notebook_runs_from_top_to_bottom(folder, capsys, name):
     assert not any(cell.get("outputs") for cell in content["cells"])  # small, and never stale
 
 
-def test_the_wave_line_of_the_notebook_is_short():
-    content = json.loads((ROOT / "docs" / "notebooks" / "wave_line.ipynb").read_text("utf-8"))
-    (cell,) = [cell for cell in content["cells"] if "def line" in "".join(cell["source"])]
-    function, _, _ = "".join(cell["source"]).partition("\n\n\n")
-    assert len(function.splitlines()) <= 20
-
-
 def test_every_controller_of_the_bench_still_has_a_scenario():
     names = runpy.run_path(str(ROOT / "test" / "bench" / "controllers.py"))
     assert all(names["scenario_of"](settings) for settings in names["CASES"].values())

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_server.wires import FRAME
 
 LAYOUTS = Path(__file__).resolve().parents[2] / "pmwvc_bringup" / "layouts"

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The defects of ``make mutants``: small, different, and drawn by their seed alone."""
 
-import pytest
 from mutants.__main__ import FOLDERS, ROOT, drawn
 from mutants.concerned import concerned_tests
 from mutants.operators import KINDS, defects
@@ -28,23 +27,21 @@ FOUND = {
 }
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_defect_is_put_in_at_every_place(kind):
-    found = [each.put_into(SOURCE) for each in defects(SOURCE) if each.kind == kind]
-    for part, mutant in zip(FOUND[kind], found, strict=True):
-        assert part in mutant
-        compile(mutant, kind, "exec")
+def test_every_kind_of_defect_is_put_in_at_every_place():
+    assert set(FOUND) == set(KINDS)
+    for kind, parts in FOUND.items():
+        found = [each.put_into(SOURCE) for each in defects(SOURCE) if each.kind == kind]
+        for part, mutant in zip(parts, found, strict=True):
+            assert part in mutant
+            compile(mutant, kind, "exec")
 
 
-def test_the_same_seed_draws_the_same_mutants_from_every_folder():
+def test_a_seed_draws_the_same_mutants_and_the_nearest_tests_are_concerned():
     assert drawn(20, 3) == drawn(20, 3) != drawn(20, 4)
     every = [each.file for each in drawn(10**6, 1)]
     for top, names in FOLDERS.items():
         for name in names:
             assert any(f"{top}/{name}/" in str(file) for file in every)
-
-
-def test_the_concerned_tests_a_file_are_those_that_import_it_the_nearest_first():
     found = concerned_tests(ROOT, ROOT / "pmwvc_core/pmwvc_core/transport/admission.py")
     assert found[0] == "test/unit/test_admission.py"
     assert "test/unit/test_charts.py" not in found

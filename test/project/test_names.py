@@ -19,7 +19,7 @@ KINDS = (CONTROLLERS, COUPLINGS.library, COMPENSATIONS.library, ENVIRONMENTS, EF
 SHARED = {"none", "printed", "duplication", "delay", "loss", "order"}
 NAMES = {name for kind in KINDS for name in kind} - SHARED
 OWN = {  # files whose names are those of something else
-    "characteristic.py": {"unwrapped", "one_step_delay"},  # polynomials
+    "characteristic.py": {"unwrapped", "one_step_delay"}  # polynomials
 }
 
 

@@ -14,16 +14,6 @@ import pytest
 from catkin_pkg.package import Package, parse_package
 
 ROOT = Path(__file__).resolve().parents[2]
-PYTHON_PACKAGES = (
-    "pmwvc_core",
-    "pmwvc_master",
-    "pmwvc_server",
-    "pmwvc_netem",
-    "pmwvc_analysis",
-    "pmwvc_view",
-    "pmwvc_bringup",
-)
-PACKAGES = (*PYTHON_PACKAGES, "pmwvc_msgs")
 EXECUTABLES = {
     "pmwvc_core": {},
     "pmwvc_master": {"master": "pmwvc_master.node:main"},
@@ -33,11 +23,12 @@ EXECUTABLES = {
     "pmwvc_view": {"view": "pmwvc_view.node:main"},
     "pmwvc_bringup": {"pmwvc": "pmwvc_bringup.cli:main"},
 }
+PYTHON_PACKAGES = tuple(EXECUTABLES)
+PACKAGES = (*PYTHON_PACKAGES, "pmwvc_msgs")
 DEVICES = {
     "simulated": "pmwvc_master.devices.simulated:SimulatedDevice",
     "ros_topic": "pmwvc_master.devices.ros_topic:RosTopicDevice",
 }
-ENTRY_POINTS = sorted({target for group in EXECUTABLES.values() for target in group.values()})
 OPTIONAL = {"numba"}  # one module needs it, which says so where it is missing
 ROSDEP_KEYS = {
     "argcomplete": "python3-argcomplete",
@@ -73,33 +64,24 @@ def imports(folder: Path) -> set[str]:
     return names - set(sys.stdlib_module_names)
 
 
-def test_every_package_is_known_here() -> None:
-    assert {path.parent.name for path in ROOT.glob("*/package.xml")} == set(PACKAGES)
-
-
 @pytest.mark.parametrize("name", PACKAGES)
 def test_manifest_is_valid(name: str) -> None:
     warnings: list[str] = []
     package = manifest(name)
     package.validate(warnings=warnings)
     assert warnings == []
-    assert package.package_format == 3
-    assert package.name == name
+    assert (package.name, package.package_format) == (name, 3)
     assert package.licenses == ["Apache-2.0"]
-    assert [maintainer.email for maintainer in package.maintainers] == [
-        "maintainers@pmwvc.example"
-    ]
+    emails = [maintainer.email for maintainer in package.maintainers]
+    assert emails == ["maintainers@pmwvc.example"]
     kind = "ament_python" if name in PYTHON_PACKAGES else "ament_cmake"
     assert package.get_build_type() == kind
 
 
-@pytest.mark.parametrize("name", PYTHON_PACKAGES)
-def test_installed_distribution_has_the_version_of_its_manifest(name: str) -> None:
-    assert distribution(name).version == manifest(name).version
-
-
-def test_all_packages_have_one_version() -> None:
-    assert len({manifest(name).version for name in PACKAGES}) == 1
+def test_all_packages_are_known_here_and_have_one_version() -> None:
+    assert {path.parent.name for path in ROOT.glob("*/package.xml")} == set(PACKAGES)
+    (version,) = {manifest(name).version for name in PACKAGES}
+    assert {distribution(name).version for name in PYTHON_PACKAGES} == {version}
 
 
 @pytest.mark.parametrize("name", PYTHON_PACKAGES)
@@ -122,26 +104,22 @@ def test_executables_are_the_ones_people_type(name: str) -> None:
         assert Path(sys.prefix, "lib", name, script).exists()
 
 
-def test_devices_come_with_the_master() -> None:
+def test_entry_points_name_something_callable() -> None:
     devices = distribution("pmwvc_master").entry_points.select(group="pmwvc.devices")
     assert {device.name: device.value for device in devices} == DEVICES
-
-
-@pytest.mark.parametrize("target", [*ENTRY_POINTS, *sorted(DEVICES.values())])
-def test_entry_point_names_something_callable(target: str) -> None:
-    module, _, name = target.partition(":")
-    assert callable(getattr(importlib.import_module(module), name))
+    for target in {
+        *DEVICES.values(),
+        *(t for each in EXECUTABLES.values() for t in each.values()),
+    }:
+        module, _, name = target.partition(":")
+        assert callable(getattr(importlib.import_module(module), name)), target
 
 
 @pytest.mark.parametrize("name", PYTHON_PACKAGES)
-def test_every_import_is_declared(name: str) -> None:
+def test_every_import_is_declared_and_every_folder_a_package(name: str) -> None:
     declared = {dependency.name for dependency in manifest(name).exec_depends}
     modules = imports(ROOT / name) - {name} - OPTIONAL
     assert {ROSDEP_KEYS.get(module, module) for module in modules} <= declared
-
-
-@pytest.mark.parametrize("name", PYTHON_PACKAGES)
-def test_every_folder_of_modules_is_a_package(name: str) -> None:
     folders = {file.parent for file in (ROOT / name / name).rglob("*.py")}
     assert [str(folder) for folder in folders if not (folder / "__init__.py").exists()] == []
 

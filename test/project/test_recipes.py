@@ -14,13 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import handmade
+from support.command_line import here
 from support.installed import install
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import figures
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import commands, scenarios
-from pmwvc_bringup.cli import ORDER, library, main
+from pmwvc_bringup.cli import ORDER, library
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
 
@@ -61,12 +62,7 @@ def test_every_recipe_is_followed_and_of_a_few_lines():
     followed = set(
         re.findall(r"^def test_recipe_of_an?_(\w+?)\(", Path(__file__).read_text(), re.M)
     )
-    elsewhere = {
-        "controller",
-        "environment",
-        "device",
-        "link_effect",
-    }  # the code of their own pages, below
+    elsewhere = {"controller", "environment", "device", "link_effect"}  # on pages of their own
     assert {recipe.replace(" ", "_") for recipe in RECIPES} == followed | elsewhere
     for recipe, body in RECIPES.items():
         assert len(re.findall(r"^\d\. ", body, re.MULTILINE)) in (3, 4, 5), recipe
@@ -194,22 +190,15 @@ def test_recipe_of_a_command(one_more_command):
         (["--help"], 0, "count the ticks of a session"),
         (["ticks", "wall", "--time", "2"], 2, "did you mean --times?"),
         (["run", "wall", "--times", "2"], 2, "--times is an option of ticks only"),
+        (["ticks", "wall", "--set", "sed=3"], 2, "did you mean seed?"),
     ],
 )
-def test_help_and_refusals_know_the_command_of_the_recipe(
-    one_more_command, capfd, words, status, text
+def test_help_and_refusals_know_the_recipes_command(
+    one_more_command, tmp_path, words, status, text
 ):
-    with pytest.raises(SystemExit) as caught:
-        main(words)
-    assert caught.value.code == status
-    assert text in "".join(capfd.readouterr())
-
-
-def test_wrong_setting_of_the_recipes_command_is_refused_with_the_nearest(one_more_command, capfd):
-    assert main(["ticks", "wall", "--set", "sed=3"]) == 2
-    captured = capfd.readouterr()
-    assert captured.out == ""
-    assert "did you mean seed?" in captured.err
+    result = here(*words, cwd=tmp_path)
+    assert result.returncode == status
+    assert text in (result.stderr if status else result.stdout)
 
 
 def test_without_the_file_the_recipes_command_does_not_exist():

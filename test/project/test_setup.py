@@ -49,18 +49,13 @@ def find_python(tmp_path: Path):
     return run
 
 
-def test_commands_that_only_fail_are_passed_over(find_python, tmp_path: Path) -> None:
+@pytest.mark.parametrize("fails", ["echo no such version >&2; exit 127", "exit 1"])
+def test_commands_that_fail_and_old_pythons_are_passed_over(find_python, tmp_path, fails) -> None:
     broken, good = tmp_path / "shims", tmp_path / "real folder"
     for name in ("python3", "python3.13", "python3.12", "python3.11"):
-        command(broken, name, "echo no such version >&2; exit 127")
+        command(broken, name, fails)
     expected = command(good, "python3.12", f'exec "{sys.executable}" "$@"')
     assert find_python(broken, good).stdout == f"{expected}\n"
-
-
-def test_python_that_is_too_old_is_passed_over(find_python, tmp_path: Path) -> None:
-    command(tmp_path / "old", "python3", "exit 1")
-    expected = command(tmp_path / "new", "python3", f'exec "{sys.executable}" "$@"')
-    assert find_python(tmp_path / "old", tmp_path / "new").stdout == f"{expected}\n"
 
 
 def test_python_that_cannot_build_is_second_best(find_python, tmp_path: Path) -> None:
@@ -85,31 +80,27 @@ def test_python_of_the_present_environment_is_kept(find_python, tmp_path: Path) 
     assert find_python(other.parent).stdout == f"{other}\n"
 
 
-def test_no_python_at_all_names_the_remedy(find_python) -> None:
-    result = find_python()
-    assert result.returncode == 1
-    assert result.stdout == ""
-    assert "no Python 3.11, 3.12 or 3.13 found" in result.stderr
-    assert "make setup PYTHON=" in result.stderr
-
-
-def test_a_named_python_that_does_not_fit_is_refused_by_name(find_python) -> None:
-    result = find_python(PYTHON="python2.7")
-    assert result.returncode == 1
-    assert "PYTHON=python2.7 is not a running Python" in result.stderr
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, ("no Python 3.11, 3.12 or 3.13 found", "make setup PYTHON=")),
+        ({"PYTHON": "python2.7"}, ("PYTHON=python2.7 is not a running Python",)),
+    ],
+)
+def test_where_no_python_fits_the_remedy_is_named(find_python, given, words) -> None:
+    result = find_python(**given)
+    assert (result.returncode, result.stdout) == (1, "")
+    assert all(text in result.stderr for text in words)
 
 
 def test_every_requirement_is_locked_with_hashes() -> None:
     text = (TOOLS / "requirements.txt").read_text("utf-8")
+    assert "://" not in text  # a lock names no host
     entries = re.findall(r"^([\w.-]+)==\S+(?: ; .*?)? \\\n((?:    --hash=.*\n)*)", text, re.M)
     assert len(entries) == len(re.findall(r"^\w", text, re.M))
     assert all(hashes for _, hashes in entries)
     wanted = re.findall(r"^([\w.-]+)", (TOOLS / "requirements.in").read_text("utf-8"), re.M)
     assert {name.lower() for name in wanted} <= {name for name, _ in entries}
-
-
-def test_lock_names_no_host() -> None:
-    assert "://" not in (TOOLS / "requirements.txt").read_text("utf-8")
 
 
 def test_every_source_file_states_its_licence() -> None:

@@ -19,10 +19,6 @@ OTHERS = [
     *ROOT.glob("tools/**/*.py"),
 ]
 ALLOWED = {
-    "pmwvc_core.controllers.plugged:AvatarAnswer": "plug-ins",
-    "pmwvc_core.controllers.plugged:Moved": "plug-ins",
-    "pmwvc_core.controllers.plugged:placed_avatar": "plug-ins",
-    "pmwvc_core.controllers.plugged:pulled_avatar": "plug-ins",
     "pmwvc_core.compiled:_chain": "Numba",
     "pmwvc_core.compiled:_columns": "Numba",
     "pmwvc_core.compiled:_each": "Numba",

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The wheel of the tree works in an environment that has nothing but what the wheel declares."""
 
-import json
 import os
 import re
 import subprocess
@@ -20,7 +19,7 @@ from rosbags.highlevel import AnyReader
 from setup_ros import locked
 from support.other_systems import ENCODING, GONE, taken_away
 
-from pmwvc_analysis.recording.format.schemas import OUR_TYPES, hash_of, schema_text
+from pmwvc_analysis.recording.schemas import OUR_TYPES, hash_of, schema_text
 
 ROOT = Path(__file__).resolve().parents[2]
 BIN = Path(sys.prefix, "bin")
@@ -96,20 +95,6 @@ def test_nothing_of_ros_is_installed(fresh):
     assert len(names) < 35
 
 
-def test_a_session_is_simulated_judged_read_and_exported(fresh):
-    pmwvc, folder = fresh / "env/bin/pmwvc", fresh / "session"
-    words = ["simulate", "wall", "--duration", "2", "--out", folder, "--check"]
-    said = run(pmwvc, *words, cwd=fresh)
-    assert "check: passed" in said
-    document = run(pmwvc, "report", folder, "--json", cwd=fresh)
-    assert json.loads(document[document.index("{") : document.rindex("}") + 1])["stable"] is True
-    assert "complete" in run(pmwvc, "doctor", folder, cwd=fresh)
-    run(pmwvc, "export", folder, "--as", "mat", cwd=fresh)
-    assert (folder / "session.mat").stat().st_size > 10_000
-    told = run(pmwvc, "export", folder, "--as", "hdf5", cwd=fresh, code=2)
-    assert "pip install 'pmwvc[hdf5]'" in told
-
-
 def test_the_recording_is_one_that_this_environment_reads_alike(fresh):
     """Message definitions came with the wheel: types in the file are those of the tree."""
     program = "import pmwvc; wall = pmwvc.scenario('wall', duration_s=0.2)\n"
@@ -132,12 +117,8 @@ def system(request, tmp_path):
 
 def test_the_page_of_a_simulated_session_is_served(fresh, system):
     words = [fresh / "env/bin/pmwvc", "view", "wall", "--no-browser"]
-    environment = {
-        "PATH": os.defpath,
-        "HOME": os.environ["HOME"],
-        "PYTHONUNBUFFERED": "1",
-    } | system
-    environment |= system
+    own = {"PATH": os.defpath, "HOME": os.environ["HOME"], "PYTHONUNBUFFERED": "1"}
+    environment = own | system
     view = subprocess.Popen(words, cwd=fresh, env=environment, stdout=subprocess.PIPE, text=True)
     try:
         address = next(m[0] for line in view.stdout if (m := re.search(r"http://\S+", line)))
@@ -149,38 +130,41 @@ def test_the_page_of_a_simulated_session_is_served(fresh, system):
         view.stdout.close()
 
 
-COMMANDS = (
-    ("doctor",),
-    ("scenarios",),
-    ("scenarios", "three_users"),
-    ("links", "carry_16ms"),
-    ("token", "keys", "user1", "user2"),
-    ("completion", "bash"),
-    ("simulate", "carry_16ms", "--duration", "1", "--out", "one"),
-    ("report", "one"),
-    ("doctor", "one"),
-    ("export", "one", "--as", "csv"),
-    ("replay", "one", "--out", "again"),
-    ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "1", "--out", "two"),
-    ("stability", "wall"),
-    ("transparency", "wall"),
-    ("filter", "wall_filtered"),
-    ("tune", "wall", "--out", "tuned.yaml"),
-    ("simulate", "tuned.yaml", "--duration", "0.2"),
-    ("map", "wall", "--x", "master.impedance=10:30:3", "--y", "link.delay_s=0:0.01:2"),
-)
+COMMANDS = {  # and what they say
+    ("doctor",): "",
+    ("scenarios", "three_users"): "",
+    ("links", "carry_16ms"): "",
+    ("token", "keys", "user1", "user2"): "",
+    ("completion", "bash"): "",
+    ("simulate", "wall", "--duration", "2", "--out", "one", "--check", "--no-figures"): "passed",
+    ("report", "one", "--json"): '"stable": true',
+    ("doctor", "one"): "complete",
+    ("export", "one", "--as", "csv"): "",
+    ("export", "one", "--as", "mat"): "session.mat",
+    ("replay", "one", "--out", "again", "--no-figures"): "",
+    ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "0.5", "--no-figures"): "",
+    ("stability", "wall"): "",
+    ("transparency", "wall"): "",
+    ("filter", "wall_filtered"): "",
+    ("tune", "wall", "--out", "tuned.yaml"): "",
+    ("map", "wall", "--x", "master.impedance=10:30:3", "--y", "link.delay_s=0:0.01:2"): "",
+}
 
 
 def test_every_command_works_where_the_most_calls_are_missing(fresh, tmp_path):
     """Windows lacks all that macOS lacks. No traceback, no character that its terminal cannot
-    show, no file in an encoding that depends on the machine.
+    show, no file in an encoding that depends on the machine. Nothing is compiled: that takes
+    minutes, and needs no call of the system.
     """
     assert all(set(GONE["Darwin"][name]) <= set(GONE["Windows"][name]) for name in GONE["Darwin"])
-    system, encoding = taken_away("Windows", tmp_path / "gone"), ENCODING["Windows"]
-    for words in COMMANDS:
-        said = run(fresh / "env/bin/pmwvc", *words, cwd=tmp_path, encoding=encoding, **system)
-        assert "Traceback" not in said, (words, said)
-    assert {path.parent.name for path in tmp_path.glob("*/*.html")} == {"one", "again", "two"}
+    system = taken_away("Windows", tmp_path / "gone") | {"NUMBA_DISABLE_JIT": "1"}
+    options = {"cwd": tmp_path, "encoding": ENCODING["Windows"], **system}
+    for words, wanted in COMMANDS.items():
+        said = run(fresh / "env/bin/pmwvc", *words, **options)
+        assert wanted in said and "Traceback" not in said, (words, said)
+    assert (tmp_path / "one" / "report.html").exists()
+    told = run(fresh / "env/bin/pmwvc", "export", "one", "--as", "hdf5", code=2, **options)
+    assert "pip install 'pmwvc[hdf5]'" in told
 
 
 def test_doctor_finds_nothing_wrong_in_a_sound_environment_of_pip(fresh, system, tmp_path):

@@ -12,7 +12,7 @@ from support.baseline_link import TICK_S, BaselineLink, M
 from support.law_rigs import Port
 
 from pmwvc_core.params import BaselineParams, MasterParams
-from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
 
 ROUNDING_J = 1e-9
 seeds = st.integers(0, 2**32 - 1)

@@ -101,15 +101,6 @@ def test_the_brake_of_a_device_gives_back_no_more_than_the_hand_put_in(motion):
             assert work + damped >= -ROUNDING * size
 
 
-def test_a_last_force_that_is_held_gives_energy_out():
-    """The control: what the brake would be without its spring."""
-    work = 0.0
-    for tick in range(500):
-        dx = -1e-4 if tick > 100 else 0.0
-        work += 1.5 * dx
-    assert work < -0.05
-
-
 def test_a_brake_holds_what_was_felt_and_nothing_in_free_motion():
     for felt in (0.0, 1.5):
         brake = Hand()
@@ -122,17 +113,6 @@ def test_a_brake_holds_what_was_felt_and_nothing_in_free_motion():
             x += 1e-4
         assert forces[-1] == pytest.approx(RATIO * felt, rel=1e-3)
         assert max(np.abs(np.diff([0.0, *forces]))) <= K * 1e-4 + 1e-12
-
-
-def test_waits_in_a_row_do_not_make_a_brake_firmer():
-    brake, f, x = Hand(), (1.5,), 0.0
-    for _ in range(500):
-        brake.step(False, (x,), f)
-    for tick in range(5000):
-        brake.step(tick % 100 < 60, (x,), f)
-        f = brake.force((0.0,))
-        x += 1e-4
-        assert f[0] <= RATIO * 1.5 + 1e-9
 
 
 @settings(max_examples=40)

@@ -81,7 +81,3 @@ def test_an_unsettled_step_is_reported(monkeypatch):
     traces = simulate_one(scenario)
     (event,) = [each for each in traces.events if each["kind"] == "environment"]
     assert "server.coupling = 'implicit' did not settle" in event["what"]
-
-
-def test_a_session_that_settles_tells_nothing():
-    assert simulate_one(scenarios.load("cube_3d", users=1, duration_s=3.0)).events == []

@@ -14,7 +14,7 @@ from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample
+from pmwvc_core.frame import DeviceSample
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.scenario.scenario import User
@@ -142,12 +142,6 @@ def test_a_sum_of_energy_that_falls_takes_nothing_back_and_pays_nothing_twice():
         assert end.received_j == pytest.approx(0.2, rel=1e-12)
     end.run(1, packet(6, energy=5.3))
     assert end.received_j == pytest.approx(0.3, rel=1e-12)
-
-
-def test_energy_of_packets_that_are_repeated_or_late_counts_once():
-    end = Master().run(1, packet(1)).run(1, packet(3, energy=0.2))
-    end.run(1, packet(3, energy=0.2), packet(2, energy=0.1), packet(3, energy=0.2))
-    assert end.received_j == pytest.approx(0.2, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["wave", "integral", "energy", "position"])

@@ -4,7 +4,6 @@
 
 import itertools
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -97,34 +96,6 @@ def test_the_luck_of_a_packet_does_not_depend_on_the_settings_before_it(before, 
         fates, _ = drive(Link(first, seed=seed), gaps, changes={10: after})
         found.append([fate for fate in fates if fate.number > 10])
     assert found[0] == found[1]
-
-
-class DrawsWhenNeeded:
-    """The naive emulator: one random number for loss, one more for jitter only if there is any."""
-
-    def __init__(self, rng, loss, jitter):
-        self.rng, self.loss, self.jitter = rng, loss, jitter
-
-    def lost(self):
-        lost = self.rng.random() < self.loss
-        if self.jitter and not lost:
-            self.rng.random()
-        return lost
-
-
-def test_random_numbers_drawn_when_needed_change_the_luck_with_the_settings():
-    naive = [
-        [emulator.lost() for _ in range(100)]
-        for emulator in (
-            DrawsWhenNeeded(np.random.default_rng(1), 0.5, jitter) for jitter in (False, True)
-        )
-    ]
-    ours = []
-    for jitter in ("none", "uniform"):
-        link = Link(LinkParams(loss=0.5, jitter=jitter, jitter_s=0.01, delay_s=0.02), seed=1)
-        ours.append([link.send(n, n)[0].kind is FateKind.LOST for n in range(100)])
-    assert naive[0] != naive[1]
-    assert ours[0] == ours[1]
 
 
 @pytest.mark.parametrize("keep_order", [True, False])

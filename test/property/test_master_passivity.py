@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import ForceLimits, Port
 
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.params import FilterParams, MasterParams
 
 TICK_S = 0.001

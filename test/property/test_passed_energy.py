@@ -8,11 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.receiving import Playing
 
-from pmwvc_bringup import scenarios
 from pmwvc_core.law.channel import playout as law
 from pmwvc_core.law.channel.playout import FEW, MOST_J
 from pmwvc_core.numeric import squared
-from pmwvc_core.simulation.session import SteppedSession
 
 STEP_S, PERIOD_S, ROUNDING = 0.004, 0.008, 1e-12
 schedules = st.fixed_dictionaries(
@@ -151,18 +149,3 @@ def test_a_slip_is_made_up_as_fast_as_what_was_paid_for_it_beyond_the_present_wa
         assert after_an_outage(600, price * SLIP).undelivered < FEW
     rest = after_an_outage(2500, 0.8 * WAVE * SLIP)  # ten seconds later
     assert rest.undelivered > 0.1 * SLIP and rest.free_j < 1e-3
-
-
-def test_making_up_begins_over_the_time_in_which_the_brake_lets_go():
-    made_up = {}
-    for rises_s in (0.1, 0.2):
-        playouts = [
-            after_an_outage(steps, most_repaid=0.2, rises_s=rises_s) for steps in (25, 50)
-        ]  # 0.1 and 0.2 s after the end
-        made_up[rises_s] = playouts[0].undelivered - playouts[1].undelivered
-    assert made_up[0.1] == pytest.approx(0.5 * 0.2 * 0.1, rel=0.1)
-    assert made_up[0.2] == pytest.approx(0.25 * 0.2 * 0.1, rel=0.1)
-    parts = SteppedSession(scenarios.load("carry_16ms", settings_texts=["channel=strict"]))
-    (at_avatar, *_), user = parts.server.p.guests, parts.users[0].loop.p
-    assert at_avatar.arrivals.playout.rises_s == 0.1
-    assert user.arrivals.playout.rises_s == 0.2

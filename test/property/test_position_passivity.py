@@ -15,7 +15,7 @@ from support.filter_runs import Held
 from support.law_rigs import ForceLimits, Port
 from support.packer import Packer
 
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 
 TICK_S = 0.001

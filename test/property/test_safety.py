@@ -10,11 +10,7 @@ from hypothesis import event, given
 from hypothesis import strategies as st
 from support.law_rigs import ForceLimits
 
-from pmwvc_analysis.models.elements import as_columns, elements, lifted, stacked
-from pmwvc_core.ends.forms import vector
-from pmwvc_core.law.safety.limits import limits
-from pmwvc_core.master.safety import SafetyState, state_of, text_of
-from pmwvc_core.unrolled import unrolled
+from pmwvc_core.master.safety import SafetyState
 
 TICK_S = 0.001
 wild = st.one_of(
@@ -138,43 +134,6 @@ def test_half_a_second_into_silence_nothing_pushes(params, f, xd, f_before):
     assert applied == 0.0 or f * xd > 0.0
 
 
-@given(st.lists(bounds, min_size=2, max_size=4), stretches(1), st.integers(0, 2**32 - 1))
-def test_limits_of_many_runs_are_those_of_each_by_itself(rows, story, seed):
-    """Each run has other limits, other inputs and its own silence."""
-    runs = len(rows)
-    singles = [ForceLimits(**row) for row in rows]
-    p, s, step = stacked([rig.p for rig in singles]), singles[0].s, lifted(limits)
-    s = s._replace(silence_s=p.timeout_s)
-    rng = np.random.default_rng(seed)
-    for part in story:
-        scale = rng.uniform(-2.0, 2.0, runs)
-        with np.errstate(over="ignore"):
-            f, xd = part.f[0] * scale, part.xd[0] * scale
-        silence_s = np.where(scale > 0.0, min(part.silence_s, 1e9), 0.0)
-        inputs = (elements(f),), (1.0,), (elements(xd),), elements(silence_s)
-        together, alone = [], []
-        for _ in range(part.ticks):
-            asked = *inputs, part.coupled, True, False, False
-            with np.errstate(all="ignore"):
-                s, (stepped,) = step(s, *asked, p)
-            together.append(as_columns(stepped, 1, runs)[0])
-            alone.append(
-                [
-                    rig(f_of, xd_of, x=1.0, silence_s=silent, coupled=part.coupled)
-                    for rig, f_of, xd_of, silent in zip(
-                        singles, f.tolist(), xd.tolist(), silence_s.tolist(), strict=True
-                    )
-                ]
-            )
-        np.testing.assert_allclose(together, alone, rtol=1e-12, atol=1e-15)
-        causes = as_columns(s.cause, 1, runs)[0]
-        assert [state_of(cause) for cause in causes] == [rig.state for rig in singles]
-        events = as_columns(s.events, 1, runs)[0]
-        np.testing.assert_array_equal(events, [rig.events for rig in singles])
-        found = [text_of(*both) for both in zip(causes, (r.params for r in singles), strict=True)]
-        assert found == [rig.reason for rig in singles]
-
-
 mostly_calm = st.lists(
     st.tuples(
         st.sampled_from(
@@ -208,24 +167,3 @@ def asked_for(what, share, params):
     f = math.nan if what == "nan" else share * params["max_force"] * wanted
     xd = params["damper_velocity"] * (1.5 if what == "fast" else 0.3) * share
     return f, xd, 2.0 if what == "silent" else 0.0
-
-
-@given(bounds, mostly_calm, stretches(1))
-def test_the_limits_as_a_loop_runs_them_have_the_same_bits(params, calm, story):
-    running, written = unrolled(limits, 1), ForceLimits(**params)
-    s = written.s
-    ticks = [
-        (*asked_for(what, share, params), 0.0, what != "away", count)
-        for what, share, count in calm
-    ]
-    ticks += [
-        (part.f[0], part.xd[0], part.silence_s, part.x[0], part.coupled, part.ticks)
-        for part in story
-    ]
-    for f, xd, silence_s, x, coupled, count in ticks:
-        inputs = [vector(value, 1) for value in (float(f), float(x), float(xd))]
-        asked = *inputs, silence_s, coupled, True, False, False
-        for _ in range(count):
-            s, applied = running(s, *asked, written.p)
-            assert applied == (written(f, xd, x=x, silence_s=silence_s, coupled=coupled),)
-        assert repr(s) == repr(written.s)  # not-a-number equals itself

@@ -50,7 +50,7 @@ def restarted(dead_step, away_steps, *, channel="strict", unrecorded=0):
     scenario = files.load("wall", settings_texts=texts, duration_s=4.0)
     batch = SteppedSession(scenario)
     again = dead_step + away_steps
-    batch.time.server = TwoServers(scenario, dead_step * STEP_NS, again * STEP_NS)
+    batch.server = TwoServers(scenario, dead_step * STEP_NS, again * STEP_NS)
     batch.run(lambda _: None)
     traces = batch.traces()
     server = traces.server

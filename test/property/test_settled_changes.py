@@ -11,14 +11,14 @@ import pytest
 from support.simulated import simulated
 
 from pmwvc_bringup import scenarios
-from pmwvc_core.scenario.changes import CHANGEABLE
+from pmwvc_core.scenario.names import CHANGEABLE
 from pmwvc_core.scenario.scenario import PARAMETERS
 
 CHANGE_S = 0.6  # all are coupled, and nothing has moved
 EXACT_N, CLOCK_N = 1e-9, 2e-3  # where the clock of a playout has to settle: 0.8 s
 BASE = (
-    "task.move_s=2",
-    "task.move_rise_s=1",
+    "task.move_s=1.2",
+    "task.move_rise_s=0.6",
     "server.impedance=25",  # else that of the master at the start
 )
 PLAIN = ("channel=plain",)
@@ -34,9 +34,11 @@ ONE_POLE = (
 )
 SMALL_TANK = (*POLE, "master.position.gain=100", "master.position.most_j=1e-6")
 MODEL = ("master.bank.kind=complementary",)
-OUTAGE = ("link.schedule=2.2 outage; 2.6 base",)
+OUTAGE = ("link.schedule=1.4 outage; 1.8 base",)
 SPARSE = ("server.deadband.kind=weber", "master.deadband.kind=weber")
-LATER = ("task.grip_s=4", "task.move_s=5", "task.distance_m=0.01")
+LATER = ("task.grip_s=2.5", "task.move_s=3", "task.distance_m=0.01")
+MUCH_LATER = ("task.grip_s=4", "task.move_s=5", "task.distance_m=0.01")
+LASTS_S = {LATER[0]: 4.2, MUCH_LATER[0]: 6.5}
 
 
 class Case(NamedTuple):
@@ -52,7 +54,8 @@ class Case(NamedTuple):
 
     def forces(self, *settings):
         """Return what is felt from the moment on in which the hands begin."""
-        texts, lasts_s = [*BASE, *self.others, *settings], 6.5 if LATER[0] in self.others else 3.0
+        texts = [*BASE, *self.others, *settings]
+        lasts_s = max(LASTS_S.get(each, 2.6) for each in texts)
         scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=lasts_s)
         users = simulated(scenario).users
         begun = [int(np.argmax(np.abs(user.f_h[:, 0]) > 0.0)) for user in users]
@@ -93,7 +96,7 @@ CASES = (
     Case("master.position.most_j", 1e-3, SMALL_TANK),
     Case("master.deadband.kind", "weber", LATER),
     Case("master.deadband.ratio", 0.6, SPARSE),
-    Case("master.deadband.longest_s", 0.016, (*SPARSE, *LATER), CLOCK_N),
+    Case("master.deadband.longest_s", 0.016, (*SPARSE, *MUCH_LATER), CLOCK_N),
     Case("safety.max_force", 1.0),
     Case("safety.max_slew", 2.0),
     Case("safety.damper_velocity", 0.03),
@@ -103,7 +106,7 @@ CASES = (
     Case("server.contact_damping", 40.0),
     Case("server.deadband.kind", "weber", LATER),
     Case("server.deadband.ratio", 0.6, SPARSE),
-    Case("server.deadband.longest_s", 0.016, (*SPARSE, *LATER), 5 * CLOCK_N),
+    Case("server.deadband.longest_s", 0.016, (*SPARSE, *MUCH_LATER), 5 * CLOCK_N),
     Case("server.coupling", "one_step_delay"),
     Case("server.integrator", "trapezoid", ("server.coupling=one_step_delay",)),
     Case("server.period_s", 0.004, LATER),

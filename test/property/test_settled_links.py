@@ -76,7 +76,8 @@ IN_THE_MEAN += ("slot_bytes",)  # a queue keeps its phase
 def fates(name, *settings):
     """Return outcome, cause and delay [s] of each packet of a user from the change on."""
     texts = ["channel=plain", "operator.kind=none", *settings]
-    traces = simulate_one(scenarios.load("wall", settings_texts=texts, duration_s=5.0))
+    lasts_s = 5.0 if name in (*REMEMBERED_S, *IN_THE_MEAN) else 3.0
+    traces = simulate_one(scenarios.load("wall", settings_texts=texts, duration_s=lasts_s))
     found = traces.fates["user1/up"]
     after = found.time_in_ns >= (CHANGE_S + REMEMBERED_S.get(name, 0.0)) * 1e9
     came = found.time_due_ns > 0

@@ -14,7 +14,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 

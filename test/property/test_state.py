@@ -10,15 +10,12 @@ just made. The control is a law that changes what it is given.
 
 import pickle
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.played_laws import Laws
 
-from pmwvc_analysis.models.elements import leaves, planted
 from pmwvc_core.law.channel import playout
 from pmwvc_core.law.channel.pace import forgotten
-from pmwvc_core.law.wave.filter_and_hold import Hold, filter_step, hold
 from pmwvc_core.scenario.reader import parse_scenario
 
 FILTERS = [
@@ -151,16 +148,3 @@ def test_a_law_that_changes_what_it_is_given_is_noticed(monkeypatch):
     monkeypatch.setattr(playout, "forgotten", dropped)
     laws.run(state, range(100, 160))
     assert repr(state) != text
-
-
-def test_a_state_of_another_law_is_refused():
-    with pytest.raises(KeyError, match="Hold"):
-        filter_step(Hold((0.0,), (0.0,), (0.0,), 0), (1.0,), 4)
-
-
-def test_signals_are_read_and_set_by_their_names():
-    s = Hold((0.0,), (3.0,), (0.0,), 0)
-    assert leaves(s) == {("start", 0): 0.0, ("target", 0): 3.0, ("value", 0): 0.0}
-    s, wave = hold(planted(s, {("start", 0): 1.0}), 2)
-    assert wave == (2.0,)
-    assert leaves(s)["value", 0] == 2.0

@@ -15,7 +15,7 @@ from support.law_rigs import Port
 from support.port_parts import Part
 from support.strategies import TICK_S
 
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.aliasing import margins
 from pmwvc_core.wave.velocity_filter_design import branches, chosen

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.ends.forms import known, value, vector
+from pmwvc_core.ends.inbox import known, value, vector
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (
@@ -23,7 +23,7 @@ from pmwvc_core.law.port.master import (
 )
 from pmwvc_core.law.position.feedback import position_packet
 from pmwvc_core.law.safety.brakes import loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_params, limits_restart
+from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
     environment_energies,
@@ -33,12 +33,12 @@ from pmwvc_core.law.server.server_port import (
     port_shown,
 )
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import changed_user, made_user
+from pmwvc_core.made.user import changed_user, limits_params, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
+from pmwvc_core.plugins import Faults
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box import Outside, directly
-from pmwvc_core.server.contained import Faults
 from support.session_given import session_given
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")

@@ -15,7 +15,7 @@ import numpy as np
 from pmwvc_analysis.models.loop import held
 from pmwvc_analysis.models.response import OUTPUTS
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.scenario.reader import parse_scenario
@@ -97,8 +97,8 @@ def simulated(of, forces, *, live=False, on_step=None, before=lambda batch: None
         p = recorded_params(force, of.dof, repeat=False, early=False)
         user.device.hand, user.device._of_hand = RecordedForce(0), p
     if on_step:
-        noted = batch.time._on_step
-        batch.time._on_step = lambda *row: (noted(*row), on_step(batch.server))
+        noted = batch._on_step
+        batch._on_step = lambda *row: (noted(*row), on_step(batch.server))
     before(batch)
     batch.run(lambda share: None)
     return batch.traces()

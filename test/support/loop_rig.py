@@ -3,7 +3,7 @@
 """A master's force loop between fakes, and a clock that shows what the test says."""
 
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User

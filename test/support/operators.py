@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params

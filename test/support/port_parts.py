@@ -3,7 +3,7 @@
 """A filter of a wave port alone, between any waves: a velocity filter, or a filter bank."""
 
 from pmwvc_core.controllers.library import accounts_of_user
-from pmwvc_core.ends.forms import value, vector
+from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.port_filters import part_energies, part_in, part_up
 from pmwvc_core.law.vectors import plus

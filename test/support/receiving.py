@@ -9,12 +9,12 @@ import math
 import numpy as np
 
 from pmwvc_analysis.models.elements import Elements, elements, lifted
-from pmwvc_core.ends.forms import message, value, vector
-from pmwvc_core.ends.inbox import Inbox
+from pmwvc_core.ends.inbox import Inbox, message, value, vector
 from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
-from pmwvc_core.law.channel.packet import Packing, Sent, pack, packing_params
+from pmwvc_core.law.channel.packet import Packing, Sent, pack
 from pmwvc_core.law.channel.playout import RETURN_S, Energies, PlayoutParams
+from pmwvc_core.made.user import packing_params
 from pmwvc_core.params import DeadbandParams
 from support.session_given import session_given
 
@@ -50,7 +50,7 @@ class ReceivingEnd:
         """Take a packet; return it as the laws have it, None where it is refused."""
         for taken in self.inbox.take([packet], now_ns):
             self.s = arrive(self.s, taken, now_ns, self.p)
-            self.inbox.expect(self.s.silence.limit_ns)
+            self.inbox.silence_ns = self.s.silence.limit_ns
             return taken
         return None
 

@@ -6,8 +6,7 @@ import time
 
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.runtime.topics import wave_bytes
-from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.packet import Admission, WavePacket
 from pmwvc_msgs.msg import LinkState, PacketFate, Wave
 
 UP = ("/user1/wave_up", "/server/user1/wave_up")

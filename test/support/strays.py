@@ -4,16 +4,13 @@
 
 import copy
 from collections.abc import Sequence
-from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.salvage import RawMessage
-from pmwvc_analysis.recording.writer import SessionWriter
 
 STORE = schemas.typestore()
 NUMBERS = {"number": ("seq", "step", "first", "first_tick"), "clock": ("start_ns", "sent_ns")}
@@ -92,12 +89,3 @@ def mutated(draw: Random, messages: Sequence[RawMessage]) -> RawMessage:
             worst = draw.choice([np.nan, np.inf, -np.inf, 1e300, -1e-300])
             return with_value(message, draw.choice(names), worst)
     return message
-
-
-def written(folder: Path, messages: Sequence[RawMessage]) -> Path:
-    """Write messages into a new session folder, in the order of their log times."""
-    with SessionWriter(folder) as writer:
-        for message in sorted(messages, key=lambda each: each.log_ns):
-            writer.add_topic(Topic(message.topic, message.type_name, True, 10))
-            writer.write(message.topic, message.data, log_ns=message.log_ns)
-    return folder

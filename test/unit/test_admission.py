@@ -15,8 +15,14 @@ from pmwvc_bringup.cli import main
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.runtime.token_files import read_token, write_token
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
-from pmwvc_core.transport.admission import BURST, LARGEST_RATE_HZ, Admission, Token
-from pmwvc_core.transport.packet import Receipt, size_bytes
+from pmwvc_core.transport.packet import (
+    BURST,
+    LARGEST_RATE_HZ,
+    Admission,
+    Receipt,
+    Token,
+    size_bytes,
+)
 
 KEY = Token(0xABC, "", bytes(range(32)))
 MASTER = {"out": "up", "into": "down"}

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Clocks of several hosts are aligned by the echoes of packets, never by wall time."""
 
-import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,141 +16,108 @@ from pmwvc_core.traces import FateTraces
 
 FRAME_NS = 8_000_000
 THETA_NS = 3_600_000_000_000 + 123_456  # hosts started an hour apart
+MS = 1_000_000
 
 
-def conversation(
-    *,
-    theta_ns=THETA_NS,
-    drift=0.0,
-    up_ns=300_000,
-    down_ns=300_000,
-    jitter_ns=0,
-    seconds=40,
-    link=0,
-):
-    """Packets both ways: what each end sends, with the echoes of what it got before.
-
-    ``link`` is the delay of an emulated link each way [ns], told by its fates.
+class Conversation:
+    """Packets both ways: what each end sends, with the echoes of what it got before. ``link_ns``
+    is the delay of an emulated link each way, told by its ``fates``.
     """
-    random = np.random.default_rng(7)
-    count = seconds * 1_000_000_000 // FRAME_NS
-    sent_m = np.arange(count, dtype=np.int64) * FRAME_NS + 5_000_000_000
 
-    def server_clock(master_ns):
-        return master_ns + theta_ns + np.round(drift * (master_ns - sent_m[0])).astype(np.int64)
+    def __init__(
+        self, *, theta_ns=THETA_NS, drift=0.0, up_ns=300_000, down_ns=300_000, jitter_ns=0,
+        seconds=40, link_ns=0,
+    ):  # fmt: skip
+        random = np.random.default_rng(7)
+        count = seconds * 1_000_000_000 // FRAME_NS
+        self.sent = np.arange(count, dtype=np.int64) * FRAME_NS + 5_000_000_000
+        self.theta_ns, self.drift = theta_ns, drift
+        back = self.sent + 2 * MS  # the server steps 2 ms after the masters send
+        late = random.integers(0, jitter_ns + 1, (2, count))
+        came = self.sent + up_ns + link_ns + late[0], back + down_ns + link_ns + late[1]
+        self.of_server = self._echoes(back, self.sent, came[0], self.on_server, np.asarray)
+        self.of_master = self._echoes(self.sent, back, came[1], np.asarray, self.on_server)
+        numbers, zeros = np.arange(1, count + 1), np.zeros(count, dtype=np.int64)
+        times = (zeros + 1000, zeros + 1000 + link_ns, zeros + 1000 + link_ns)
+        epochs = np.ones(count, dtype=np.uint64)
+        self.fates = FateTraces("user1/up", numbers, epochs, numbers, zeros, *times, zeros, zeros)
 
-    sent_true = sent_m + 2_000_000  # the server steps 2 ms after the masters send
-    late = random.integers(0, jitter_ns + 1, (2, count))
-    arrived_s = sent_m + up_ns + link + late[0]
-    arrived_m = sent_true + down_ns + link + late[1]
-    of_server, of_master = [], []
-    for k in range(count):
-        for own, peer, came, result, here, there in (
-            (sent_true, sent_m, arrived_s, of_server, server_clock, np.asarray),
-            (sent_m, sent_true, arrived_m, of_master, np.asarray, server_clock),
-        ):
-            newest = int(np.searchsorted(came, own[k], "right")) - 1
-            if newest < 0:
-                continue
-            hold = int(here(own[k]) - here(came[newest]))
-            result.append(
-                SimpleNamespace(
-                    sent_ns=int(here(own[k])),
-                    echo_seq=newest + 1,
-                    echo_sent_ns=int(there(peer[newest])),
-                    echo_hold_ns=hold,
-                )
+    def on_server(self, master_ns):
+        drifted = np.round(self.drift * (master_ns - self.sent[0])).astype(np.int64)
+        return master_ns + self.theta_ns + drifted
+
+    def _echoes(self, own, peer, came, here, there):
+        newest = np.searchsorted(came, own, "right") - 1
+        return [
+            SimpleNamespace(
+                sent_ns=int(here(at)),
+                echo_seq=int(row) + 1,
+                echo_sent_ns=int(there(peer[row])),
+                echo_hold_ns=int(here(at) - here(came[row])),
             )
-    return of_master, of_server, sent_m, server_clock
+            for at, row in zip(own, newest, strict=True)
+            if row >= 0
+        ]
+
+    def aligned(self, *fates):
+        """Return the alignment, and the largest error of the server's times [s]."""
+        found = align(self.of_master, self.of_server, *fates)
+        off_ns = np.abs(found.to_server(self.sent) - self.on_server(self.sent))
+        return found, float(off_ns.max()) * 1e-9
 
 
-def fates(count, delay_ns):
-    numbers = np.arange(1, count + 1)
-    zeros = np.zeros(count, dtype=np.int64)
-    return FateTraces(
-        link="user1/up",
-        number=numbers,
-        epoch=np.ones(count, dtype=np.uint64),
-        seq=numbers,
-        size_bytes=zeros,
-        time_in_ns=zeros + 1000,
-        time_due_ns=zeros + 1000 + delay_ns,
-        time_out_ns=zeros + 1000 + delay_ns,
-        fate=zeros,
-        cause=zeros,
-    )
+def test_one_host_needs_no_alignment_and_without_echoes_nothing_is_claimed():
+    found, off_s = Conversation(theta_ns=0, jitter_ns=3 * MS).aligned()
+    assert (found.how, off_s) == (ONE_HOST, 0.0)
+    assert align([], []) is None
 
 
-def test_one_host_needs_no_alignment():
-    of_master, of_server, sent, _ = conversation(theta_ns=0, jitter_ns=3_000_000)
-    found = align(of_master, of_server)
-    assert found.how == ONE_HOST
-    np.testing.assert_array_equal(found.to_server(sent), sent)
-
-
-@pytest.mark.parametrize("jitter_ns", [0, 5_000_000])
-def test_two_hosts_are_aligned_within_the_reported_uncertainty(jitter_ns):
-    of_master, of_server, sent, server_clock = conversation(jitter_ns=jitter_ns)
-    found = align(of_master, of_server)
+@pytest.mark.parametrize(
+    ("path", "least_s", "most_s"),
+    [
+        ({}, 0.0, 5e-3),
+        ({"jitter_ns": 5 * MS}, 0.0, 5e-3),
+        ({"up_ns": 9 * MS, "down_ns": 200_000}, 3e-3, 1.0),  # what is not symmetric stays open
+        ({"drift": 50e-6, "seconds": 60}, 0.0, 1e-3),  # without it: 3 ms
+        ({"drift": -100e-6, "seconds": 60}, 0.0, 1e-3),
+    ],
+)
+def test_two_hosts_are_aligned_within_the_reported_uncertainty(path, least_s, most_s):
+    found, off_s = Conversation(**path).aligned()
     assert found.how == ECHO
-    off_s = np.abs(found.to_server(sent) - server_clock(sent)) * 1e-9
-    assert off_s.max() <= found.uncertainty_s + 1e-9
-    assert found.uncertainty_s < 5e-3
-
-
-def test_asymmetric_delays_are_within_the_reported_uncertainty():
-    of_master, of_server, sent, server_clock = conversation(up_ns=9_000_000, down_ns=200_000)
-    found = align(of_master, of_server)
-    off_s = np.abs(found.to_server(sent) - server_clock(sent)) * 1e-9
-    assert 3e-3 < off_s.max() <= found.uncertainty_s + 1e-9
-
-
-def test_drift_is_followed():
-    of_master, of_server, sent, server_clock = conversation(drift=50e-6, seconds=60)
-    found = align(of_master, of_server)
-    assert found.rate == pytest.approx(50e-6, rel=0.05)
-    off_s = np.abs(found.to_server(sent) - server_clock(sent)) * 1e-9
-    assert off_s.max() <= found.uncertainty_s + 1e-9
-    assert off_s.max() < 1e-3  # without it: 3 ms
+    assert least_s <= off_s <= min(most_s, found.uncertainty_s + 1e-9)
+    assert found.uncertainty_s < 6e-3
+    assert found.rate == pytest.approx(path.get("drift", 0.0), rel=0.05, abs=1e-6)
 
 
 @pytest.mark.parametrize("last", [500, 2500])
 @pytest.mark.parametrize("drift", [-100e-6, 100e-6])
 def test_a_path_whose_ways_change_places_stays_within_the_reported_uncertainty(last, drift):
     """No line fits all of it; that of the last windows leaves the drift open before them."""
-    up_ns = np.where(np.arange(5000) < 5000 - last, 20_000_000, 300_000)
-    ways = {"up_ns": up_ns, "down_ns": 20_300_000 - up_ns}
-    of_master, of_server, sent, server_clock = conversation(drift=drift, **ways)
-    found = align(of_master, of_server)
-    off_s = np.abs(found.to_server(sent) - server_clock(sent)) * 1e-9
-    assert off_s.max() <= found.uncertainty_s + 1e-9
+    up_ns = np.where(np.arange(5000) < 5000 - last, 20 * MS, 300_000)
+    found, off_s = Conversation(drift=drift, up_ns=up_ns, down_ns=20_300_000 - up_ns).aligned()
+    assert off_s <= found.uncertainty_s + 1e-9
     assert found.uncertainty_s < 35e-3
 
 
 def test_a_short_session_leaves_its_drift_open():
     long, short = (
-        align(*conversation(seconds=seconds, jitter_ns=500_000)[:2]) for seconds in (40, 5)
+        Conversation(seconds=seconds, jitter_ns=500_000).aligned()[0] for seconds in (40, 5)
     )
     assert short.uncertainty_s - long.uncertainty_s > 0.5e-3  # 500 ppm over half of 5 s
     assert short.rate == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_an_emulated_link_delays_is_taken_off():
-    of_master, of_server, sent, _ = conversation(link=24_000_000)
-    told, untold = (
-        align(of_master, of_server, *pair)
-        for pair in ((fates(len(sent), 24_000_000),) * 2, (None, None))
-    )
+    heard = Conversation(link_ns=24 * MS)
+    told, untold = heard.aligned(heard.fates, heard.fates)[0], heard.aligned()[0]
     assert told.uncertainty_s < 5e-3 < 20e-3 < untold.uncertainty_s
 
 
-def test_without_echoes_nothing_is_claimed():
-    assert align([], []) is None
-
-
 def skewed(traces, shift_s):
+    for each in (*traces.users, *traces.packets.values()):
+        each.time_s = each.time_s + shift_s
     for user in traces.users:
-        user.time_s = user.time_s + shift_s
         user.block_time_s = user.block_time_s + shift_s
     return traces
 
@@ -179,10 +145,8 @@ def test_a_clock_that_is_set_over_and_over_bends_no_time_line():
     assert set(np.diff(even)) == {FRAME_NS}
 
 
-@pytest.mark.parametrize("shift_s", [-1e4, -5.0, -0.05, 0.05, 5.0, 1e4])
+@pytest.mark.parametrize("shift_s", [-1e4, -0.05, 5.0])
 def test_traces_on_other_time_lines_are_judged_without_a_crash(shift_s):
-    traces = skewed(handmade.session(duration_s=1.6), shift_s)
-    for each in itertools.chain(traces.packets.values()):
-        each.time_s = each.time_s + shift_s
-    result = summary(traces, handmade.scenario())
-    assert result["verdict"]
+    assert summary(skewed(handmade.session(duration_s=1.6), shift_s), handmade.scenario())[
+        "verdict"
+    ]

@@ -7,8 +7,8 @@ import threading
 import pytest
 
 from pmwvc_core.params import ServerParams
+from pmwvc_core.plugins import Unanswered
 from pmwvc_core.server.black_box import directly
-from pmwvc_core.server.contained import Unanswered
 from pmwvc_server.asking import Worker, caller
 
 

@@ -18,7 +18,7 @@ CHANGE_NS, TICK_S = 3_000_000_000, 0.001
 def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impedance):
     scenario = scenarios.load("carry_16ms", duration_s=5.0)
     session = SteppedSession(scenario)
-    session.time.run(CHANGE_NS)  # up to a frame start
+    session.advance(CHANGE_NS)  # up to a frame start
     master = dataclasses.replace(scenario.users[0].master, impedance=impedance)
     session.users[0].loop.configure(master=master)
     session.run(lambda _: None)

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.wave.aliasing import minimum_between
 from pmwvc_core.wave.filter_design import (
     HIGHEST_ORDER,
     bilinear_sections,
@@ -79,10 +78,3 @@ def test_filter_questions_do_not_import_scipys_signal_processing():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert found.stdout.strip() == "[]"
-
-
-@given(st.floats(-3.0, 3.0))
-def test_the_minimum_of_a_parabola_is_found(at):
-    place, least = minimum_between(lambda x: (x - at) ** 2, -3.0, 3.0)
-    assert place == pytest.approx(at, abs=1e-8)
-    assert least <= 1e-15

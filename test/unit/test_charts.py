@@ -5,6 +5,7 @@
 import base64
 import itertools
 import json
+import re
 import shutil
 import subprocess
 import warnings
@@ -21,10 +22,8 @@ from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Level, Panel
 from pmwvc_analysis.charts.chart_files import (
     MOST_NUMBERS,
-    envelope,
     figure,
     payload,
-    reduced,
     thinned,
     write,
 )
@@ -32,19 +31,15 @@ from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts
 from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.report import report
+from pmwvc_view.web.access import PAGE
 
 SUPPORT = Path(handmade.__file__).parent
+PLAIN_TINTS = ("object", "target", "alarm", "paper", "ink", "soft")
 SVG = "{http://www.w3.org/2000/svg}"
 # Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.
-SIGHT = {
-    "normal": np.eye(3),
-    "protanopia": [
-        [0.1523, 1.0526, -0.2049], [0.1145, 0.7863, 0.0992], [-0.0039, -0.0481, 1.0520],
-    ],
-    "deuteranopia": [
-        [0.3673, 0.8606, -0.2280], [0.2801, 0.6725, 0.0474], [-0.0118, 0.0429, 0.9689],
-    ],
-}  # fmt: skip
+PROTANOPIA = [[0.1523, 1.0526, -0.2049], [0.1145, 0.7863, 0.0992], [-0.0039, -0.0481, 1.0520]]
+DEUTERANOPIA = [[0.3673, 0.8606, -0.2280], [0.2801, 0.6725, 0.0474], [-0.0118, 0.0429, 0.9689]]
+SIGHT = {"normal": np.eye(3), "protanopia": PROTANOPIA, "deuteranopia": DEUTERANOPIA}
 
 
 def many_users(count, dof=1):
@@ -65,32 +60,26 @@ def lab(light):
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
 
-@pytest.mark.parametrize("sight", SIGHT)
 @pytest.mark.parametrize("known", [style.LIGHT, style.DARK], ids=["light", "dark"])
-def test_eight_users_and_the_object_have_colours_that_can_be_distinguished(known, sight):
+def test_eight_users_and_the_object_can_be_distinguished_and_all_is_seen_on_its_paper(known):
     tints = [known[f"u{place}"] for place in range(8)] + [known["object"]]
-    points = [lab(np.asarray(SIGHT[sight]) @ linear(tint)) for tint in tints]
-    distances = [np.linalg.norm(a - b) for a, b in itertools.combinations(points, 2)]
-    assert min(distances) > 25.0
-
-
-def test_the_colour_distance_finds_two_that_deuteranopes_confuse():
-    green, brown = (
-        lab(np.asarray(SIGHT["deuteranopia"]) @ linear(c)) for c in ("#6D8A26", "#A5722A")
-    )
-    assert np.linalg.norm(green - brown) < 25.0
-
-
-@pytest.mark.parametrize("known", [style.LIGHT, style.DARK], ids=["light", "dark"])
-def test_every_colour_is_seen_on_its_paper(known):
-    def luminance(colour):
-        return float(linear(colour) @ (0.2126, 0.7152, 0.0722))
-
-    paper = luminance(known["paper"])
+    for sight in SIGHT.values():
+        points = [lab(np.asarray(sight) @ linear(tint)) for tint in tints]
+        distances = [np.linalg.norm(a - b) for a, b in itertools.combinations(points, 2)]
+        assert min(distances) > 25.0
+    luminance = {name: linear(tint) @ (0.2126, 0.7152, 0.0722) for name, tint in known.items()}
     for name in ("ink", "soft", "object", "alarm", *(f"u{place}" for place in range(8))):
-        light, dark = sorted((luminance(known[name]), paper), reverse=True)
+        light, dark = sorted((luminance[name], luminance["paper"]), reverse=True)
         wanted = 4.5 if name in ("ink", "soft", "alarm") else 2.2
         assert (light + 0.05) / (dark + 0.05) > wanted, name
+
+
+@pytest.mark.parametrize(("block", "known"), [(0, style.LIGHT), (1, style.DARK)])
+def test_the_live_page_has_the_colours_of_figures(block, known):
+    blocks = re.findall(r":root \{(.*?)\}", (PAGE / "page.css").read_text("utf-8"), re.DOTALL)
+    found = dict(re.findall(r"--(\w+): (#\w+);", blocks[block]))
+    shared = [*(f"u{place}" for place in range(8)), *PLAIN_TINTS]
+    assert {name: found[name] for name in shared} == {name: known[name] for name in shared}
 
 
 def hides(upper, lower):
@@ -113,37 +102,14 @@ def test_a_solid_curve_of_the_same_width_would_hide_the_other():
     assert hides(Curve("a", x, x, "u0"), Curve("b", x, x, "u1"))
 
 
-def test_more_than_two_users_have_a_panel_each():
-    panels = charts(many_users(6), None)[0].panels
-    assert [panel.title for panel in panels] == [f"user{n}" for n in range(1, 7)]
-    assert len({panel.tint for panel in panels}) == 6
-
-
-def test_the_servers_curves_end_with_the_users():
-    traces = handmade.session()
-    server = traces.server
-    late = server.time_s > 3.0  # the masters end a second before the server
-    for user in traces.users:
-        kept = user.time_s <= 3.0
-        for name in ("time_s", "tick", "x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "v_m"):
-            setattr(user, name, getattr(user, name)[kept])
-        user.u_m_lp, user.lateness_s = user.u_m_lp[kept], user.lateness_s[kept]
-        user.compute_s = user.compute_s[kept]
-    for f_s in server.f_s:
-        f_s[late] = 0.0  # nobody holds the object any more
-    for chart in charts(traces, None)[:2]:
-        for panel in chart.panels:
-            assert max(line.x[-1] for line in panel.lines) <= 3.0 + 1e-9
-    contact = charts(traces, None)[1].panels[0].lines[-1]
-    assert contact.label == "contact on avatar"
-    assert contact.y[-1] == pytest.approx(handmade.FORCE_N)
-
-
-def test_a_gap_in_the_recording_is_a_gap_in_the_curve():
+@pytest.mark.parametrize(("period", "gaps"), [(0.001, 1), (0.0, 0)])
+def test_a_gap_in_the_recording_is_a_gap_in_the_curve(period, gaps):
     x = np.concatenate([np.arange(0.0, 1.0, 0.001), np.arange(2.0, 3.0, 0.001)])
-    parts = reduced(x, np.sin(x), period=0.001, column=0.003)
-    assert [float(round(x[rows[-1]], 6)) for rows in parts] == [0.999, 2.999]
-    assert len(reduced(x, np.sin(x), period=0.0, column=0.003)) == 1
+    chart = Chart("c", "C", "", [Panel("y", [Curve("a", x, np.sin(x), "u0", period=period)])])
+    (line,) = figure(chart).axes[0].get_lines()
+    left = np.flatnonzero(np.isnan(line.get_xdata()))
+    assert len(left) == gaps
+    assert (x[left - 1] == 0.999).all()
 
 
 def test_a_hole_in_a_users_trace_is_a_band_through_its_panels():
@@ -168,18 +134,17 @@ def test_a_loop_that_did_not_run_is_not_called_a_hole():
 
 @given(
     st.lists(st.floats(-1e6, 1e6, allow_subnormal=False), min_size=1, max_size=400),
-    st.floats(0.5, 60.0),
+    st.integers(4, 200),
 )
-def test_thinning_keeps_the_extremes_of_every_column(values, column):
-    y = np.array(values)
-    x = np.arange(len(y), dtype=float)
-    rows = envelope(x, y, np.arange(len(y)), column=column)
-    assert rows[0] == 0
-    assert rows[-1] == len(y) - 1
-    columns = np.floor(x / column)
+def test_thinning_keeps_the_extremes_of_every_column(values, most):
+    y, x = np.array(values), np.arange(len(values), dtype=float)
+    rows = thinned(x, y, period=1.0, most=most)
+    assert len(rows) <= max(most, 4) + 4
+    columns = np.floor(x / max((len(x) - 1) / (most // 4), 1e-9)) if len(x) > most else x
     for each in np.unique(columns):
         here, kept = y[columns == each], y[rows][columns[rows] == each]
         assert (kept.min(), kept.max()) == (here.min(), here.max())
+        assert {here[0], here[-1]} <= set(kept)
 
 
 def test_what_a_report_holds_is_exact_and_complete_while_it_is_small():
@@ -272,23 +237,16 @@ def test_an_event_stands_at_its_time_in_every_figure(tmp_path):
 def test_the_script_draws_every_curve_with_its_gap_and_names_it_once(tmp_path):
     x = np.concatenate([np.arange(0.0, 1.0, 0.001), np.arange(2.0, 3.999, 0.001)])
     lines = [Curve("a < b", x, np.sin(x), "u0", period=0.001), Curve("a < b", x, -x, "u1", (2, 3))]
-    dots = [Dots("lost", np.ones(2), np.ones(2), "alarm", "cross")]
+    dots = [Dots("</script>", np.ones(2), np.ones(2), "alarm", "cross")]
     levels, bands = [Level("limit", 0.5)], [Band("hole", (1.0, 2.0), "soft")]
     panel = Panel("y", lines=lines, dots=dots, levels=levels, bands=bands, title="user1")
     data, _ = report.figure_data([Chart("c", "C", "", [panel])], handmade.session(), [])
+    assert "</script>" not in data
     [[[legend, plot]]] = by_script(data, tmp_path).values()
     curves = [each.get("d") for each in plot.findall(".//path[@class='line']")]
     assert [curve.count("M") for curve in curves] == [1, 2, 1]  # the level, and both curves
     assert plot.find(".//path[@class='dots cross']").get("d").count("M") == 1
     assert len(plot.findall(".//rect[@class='band']")) == 1
     names = [each.get("data-label") for each in legend.findall(".//button")]
-    assert names == ["a < b", "lost"]
-    assert "".join(legend.itertext()) == "user1ya < blosthole· · · limit"
-
-
-def test_points_of_a_chart_that_close_a_script_cannot():
-    chart = Chart(
-        "c", "C", "", [Panel("y", dots=[Dots("</script>", np.ones(1), np.ones(1), "u0")])]
-    )
-    data, _ = report.figure_data([chart], handmade.session(), [])
-    assert "</script>" not in data
+    assert names == ["a < b", "</script>"]
+    assert "".join(legend.itertext()) == "user1ya < b</script>hole· · · limit"

@@ -6,7 +6,6 @@ import pytest
 
 from pmwvc_bringup.combinations import (
     FEATURES,
-    PLAIN,
     combinations,
     fitting,
     names,
@@ -29,16 +28,6 @@ def test_every_combination_comes_once_the_last_parameter_fastest():
     assert found[1].label == "coupling = implicit, delay_s = 0.008"
     assert found[1].settings == {"server.coupling": "implicit", "link.delay_s": 0.008}
     assert {c.scenario.seed for c in found} == {found[0].scenario.seed}
-
-
-def test_names_with_the_same_end_are_given_in_full():
-    found = combinations("carry_16ms", ["link.up.delay_s=0,0.008", "link.down.delay_s=0"])
-    assert found[0].label == "link.up.delay_s = 0, link.down.delay_s = 0"
-
-
-def test_without_a_parameter_there_is_the_scenario_itself():
-    (only,) = combinations("wall", [])
-    assert only.label == "wall"
 
 
 def test_all_mistakes_are_reported_at_once_and_each_once():
@@ -88,19 +77,6 @@ def test_features_joined_are_all_there_and_what_is_not_named_is_off():
     assert one.scenario.server.compensation == "none"
 
 
-def test_a_gain_of_the_scenario_stays():
-    (one,) = combinations(
-        "wall", [], controllers=["position"], settings_texts=["master.position.gain=7"]
-    )
-    assert one.scenario.users[0].master.position.gain == 7.0
-
-
-def test_plain_waves_switch_off_every_feature():
-    switched = {name for feature in FEATURES.values() for name in feature}
-    kinds = {name for name in switched if name.endswith((".kind", ".compensation", ".feedback"))}
-    assert kinds <= set(PLAIN)
-
-
 def test_words_that_are_none_are_named_with_those_there_are():
     with pytest.raises(ScenarioError, match=r"'drect': must be one of pmwvc, direct.*ledger"):
         settings_of("drect", {})
@@ -120,12 +96,6 @@ def test_a_velocity_filter_gets_the_order_that_suits_the_anti_aliasing_filter(na
         ("exact", 8 if name in ("wall_slow", "wall_local_model") else 2),
         ("equivalent", 1),
     ]
-
-
-def test_a_velocity_filter_of_the_scenario_stays():
-    (one,) = combinations("wall_filtered", [], controllers=["velocity_filter"])
-    own = one.scenario.users[0].master.velocity_filter
-    assert (own.kind, own.order, own.share) == ("exact", 2, 0.7)
 
 
 def test_what_a_scenario_cannot_have_is_left_out_with_its_reason():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 from support.command_line import here as pmwvc
+from support.command_line import refused
 
 
 @pytest.fixture(scope="module")
@@ -86,23 +87,20 @@ def test_a_report_written_anew_tells_the_same(compared):
     folder, found = compared
     result = pmwvc("report", folder, "--json", cwd=folder)
     assert result.returncode == 0, result.stderr
-    for before, after in zip(
-        found["sessions"], json.loads(result.stdout)["sessions"], strict=True
-    ):
+    again = json.loads(result.stdout)["sessions"]
+    for before, after in zip(found["sessions"], again, strict=True):
         assert after["coherency_rms_m"] == pytest.approx(before["coherency_rms_m"], rel=1e-6)
         assert after["stable"] is before["stable"]
 
 
 def test_what_was_left_out_is_printed_again_with_a_report_written_anew(tmp_path):
     words = ["active_wall", "--controllers", "waves,tdpa", "--duration", "1", "--out", "all"]
-    first = pmwvc("compare", *words, "--no-figures", cwd=tmp_path)
-    again = pmwvc("report", "all", cwd=tmp_path)
-    found = []
-    for result in (first, again):
+    for result in (
+        pmwvc("compare", *words, "--no-figures", cwd=tmp_path),
+        pmwvc("report", "all", cwd=tmp_path),
+    ):
         assert result.returncode == 0, result.stderr
-        found.append([line for line in result.stdout.splitlines() if "Left out" in line])
-    assert found[0] == found[1]
-    assert found[1][0].startswith("Left out: tdpa: ")
+        assert result.stdout.count("\nLeft out: tdpa: ") == 1
 
 
 def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
@@ -118,30 +116,22 @@ def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "hint"),
+    ("words", "hints"),
     [
-        (["compare", "carry_0ms", "--over", "server.couplin=implicit"], "server.coupling?"),
-        (["compare", "carry_0ms", "--controllers", "pmwvc,drect"], "drect"),
-        (["replay", "nowhere"], "there is no such session folder"),
-        (["replay", "."], "holds no scenario.yaml"),
+        ("compare carry_0ms --over server.couplin=implicit", ["server.coupling?"]),
+        ("compare carry_0ms --controllers pmwvc,drect", ["drect"]),
+        ("replay nowhere", ["there is no such session folder"]),
+        ("replay .", ["holds no scenario.yaml"]),
+        (
+            "replay FIRST --set master.impedence=3 --set dof=9",
+            ["did you mean master.impedance?", "dof = 9"],
+        ),
+        ("replay FIRST --set users=3", ["keeps the recorded 2"]),
     ],
 )
-def test_a_mistake_is_reported_and_leaves_nothing_behind(words, hint, tmp_path):
-    result = pmwvc(*words, cwd=tmp_path)
-    assert result.returncode == 2
-    assert hint in result.stderr
-    assert "Traceback" not in result.stderr
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_wrong_change_of_a_replay_is_refused_by_name(compared, tmp_path):
+def test_a_mistake_is_reported_and_leaves_nothing_behind(compared, words, hints, tmp_path):
     folder, found = compared
-    place = folder / found["sessions"][0]["folder"]
-    result = pmwvc("replay", place, "--set", "master.impedence=3", "--set", "dof=9", cwd=tmp_path)
-    assert result.returncode == 2
-    assert "did you mean master.impedance?" in result.stderr
-    assert "dof = 9" in result.stderr
-    assert (
-        "keeps the recorded 2" in pmwvc("replay", place, "--set", "users=3", cwd=tmp_path).stderr
-    )
+    first = str(folder / found["sessions"][0]["folder"])
+    message = refused(pmwvc(*words.replace("FIRST", first).split(), cwd=tmp_path))
+    assert [hint for hint in hints if hint not in message] == []
     assert list(tmp_path.iterdir()) == []

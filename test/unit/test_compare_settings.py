@@ -9,11 +9,11 @@ import pytest
 from support.plain import load
 
 from pmwvc_analysis.compare.conclusion import conclusion
-from pmwvc_analysis.compare.files import row
 from pmwvc_analysis.compare.measures import MEASURES, Compared
 from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
 from pmwvc_analysis.figures.comparison_charts import measures
-from pmwvc_analysis.report import comparison_report
+from pmwvc_analysis.report import comparison as files
+from pmwvc_analysis.report.comparison import row
 from pmwvc_bringup import comparison as report
 from pmwvc_bringup.combinations import combinations
 from pmwvc_core.controllers.library import LIBRARY
@@ -47,18 +47,30 @@ def test_a_rule_that_the_parameters_miss_is_named():
     assert tuned(scenario, silent, given=True)[1].startswith(f"{GIVEN}; misses rule colgate by")
 
 
-def test_a_controller_without_parameters_of_its_own_is_not_tuned():
-    scenario = load("direct_16ms")
-    assert tuned(scenario, silent) == (scenario, None)
+def shown(name, *settings):
+    return parameters_of(load(name, settings_texts=settings))
 
 
 def test_parameters_shown_are_those_of_the_controller_alone():
-    waves = parameters_of(load("carry_16ms"))
+    waves = shown("carry_16ms")
     assert {"master.impedance", "master.hold", "server.coupling"} <= set(waves)
     assert not any("compensation" in name or "baseline" in name for name in waves)
-    two = load("carry_16ms", settings_texts=["controller=pspm", "user2.baseline.pspm.damping=3"])
-    assert parameters_of(two)["user2.baseline.pspm.damping"] == 3.0
-    assert set(parameters_of(load("direct_16ms"))) == set()
+    two = shown("carry_16ms", "controller=pspm", "user2.baseline.pspm.damping=3")
+    assert two["user2.baseline.pspm.damping"] == 3.0
+    direct = load("direct_16ms")
+    assert (parameters_of(direct), tuned(direct, silent)) == ({}, (direct, None))
+
+
+@pytest.mark.parametrize(
+    ("whose", "expected"),
+    [
+        ("user2.", {"master.impedance": 25.0, "user2.master.impedance_matrix": MATRIX}),
+        ("", {"master.impedance_matrix": MATRIX}),
+    ],
+)
+def test_an_impedance_matrix_is_shown_in_place_of_the_number(whose, expected):
+    found = shown("carry_16ms", "dof=2", f"{whose}master.impedance_matrix={MATRIX}")
+    assert {k: v for k, v in found.items() if "impedance" in k} == expected
 
 
 def entry(controller, delay_s=0.016, **measures):
@@ -72,23 +84,17 @@ def entry(controller, delay_s=0.016, **measures):
 
 
 def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
+    active = {"passive": False, "active_part": "user1: link, both ways", "energy_min_j": -2e-3}
+    free = {"mass_free_kg": 0.25, "damping_free_n_s_m": 9.0, "free_hz": 1.0}
     entries = [
         entry("waves", k_felt=300.0, mass_free_kg=1.0, damping_free_n_s_m=0.1, free_hz=1.0),
-        entry(
-            "tdpa",
-            k_felt=800.0,
-            mass_free_kg=0.25,
-            damping_free_n_s_m=9.0,
-            free_hz=1.0,
-            passive=False,
-            active_part="user1: link, both ways",
-            energy_min_j=-2e-3,
-        ),
+        entry("tdpa", k_felt=800.0, **free, **active),
         entry("direct", stable=False, instability="diverged", passive=None),
         entry("waves", 0.06, k_felt=100.0),
         entry("tdpa", 0.06, stable=False, instability="limited by safety"),
     ]
     conditions, near, far = conclusion(entries)
+    assert conclusion(entries[:1]) == []
     assert "delay 16 ms each way or delay 60 ms each way" in conditions
     assert near.startswith("With link.delay_s = 0.016: Not stable: direct (diverged).")
     assert "tdpa renders the stiffest contact, 800 N/m" in near
@@ -102,7 +108,7 @@ def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
 def test_a_session_that_was_not_judged_is_neither_stable_nor_unstable():
     entries = [entry("waves", coherency_rms_m=1e-3), entry("tdpa", stable=None, passive=None)]
     entries[1].measures["coherency_rms_m"] = 2e-3
-    page = comparison_report.render("two", entries, {}, [])
+    page = files.render("two", entries, {}, [])
     judged, open_ = re.findall(r'<td class="(good|fail|)">(.*?)</td>', page)
     assert judged == ("good", "✓ stable")
     assert open_ == ("", "? stability not judged, passivity not judged")
@@ -129,16 +135,3 @@ def test_the_conclusion_names_recorded_delays_with_their_size(tmp_path):
     ]
     text = f"the delays of {path}, 20 ms on the mean and 30 at most"
     assert f"delay 0 ms each way, {text}, contact" in conclusion(entries)[0]
-
-
-def test_one_session_alone_has_no_conclusion():
-    assert conclusion([entry("waves", k_felt=300.0)]) == []
-
-
-def test_an_impedance_matrix_is_shown_in_place_of_the_number():
-    one = load("carry_16ms", settings_texts=["dof=2", f"user2.master.impedance_matrix={MATRIX}"])
-    shown = {k: v for k, v in parameters_of(one).items() if "impedance" in k}
-    assert shown == {"master.impedance": 25.0, "user2.master.impedance_matrix": MATRIX}
-    both = load("carry_16ms", settings_texts=["dof=2", f"master.impedance_matrix={MATRIX}"])
-    shown = {k: v for k, v in parameters_of(both).items() if "impedance" in k}
-    assert shown == {"master.impedance_matrix": MATRIX}

@@ -23,119 +23,81 @@ from pmwvc_core.law.server.springs import spring_answer
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.params import ContactParams
 
-H = 0.008
-LEFT, RIGHT = -1, 1
+H, B = 0.008, 25.0
+LEFT, RIGHT = SIDES = -1, 1
+depths, rates = st.floats(-0.02, 0.02), st.floats(-3.0, 3.0)
+dampings = st.just(0.0) | st.floats(0.1, 100.0)
 
 
-class Held:
-    """A contact with its state, on floats where there is one axis."""
-
-    def __init__(self, kind, k, damping, *, side=LEFT, gap=0.0, axes=1):
-        params = ContactParams(
-            contact=kind, contact_stiffness=k, contact_damping=damping, gap_m=gap
-        )
-        self.c = contact_of(params, side=side, size=0.06, axes=axes)
-
-    def attach(self, *offset):
-        self.c = attached(self.c, offset)
-
-    def slide(self, *way):
-        self.c, dropped_j = slid(self.c, way)
-        return dropped_j
-
-    def detach(self):
-        self.c, dropped_j = detached(self.c)
-        return dropped_j
-
-    def force(self, *rate):
-        f = contact_force(self.c, rate)
-        return f[0] if len(f) == 1 else f
-
-    def answer(self, free, b, h):
-        return spring_answer(self.c.springs[0], free, b, h, touching(self.c), self.c.law)
-
-    def advance(self, answer, h):
-        self.c, heat_j = advanced_contact(self.c, (answer.force,), (answer.rate,), h)
-        return heat_j
-
-    def unwrapped(self, free, xd_o, b, weight):
-        return contact_unwrapped(self.c, (free,), (xd_o,), b, weight)[0]
-
-    energy = property(lambda self: contact_energy(self.c))
-    touching = property(lambda self: touching(self.c))
-
-    @property
-    def position(self):
-        place = offset_of(self.c)
-        return place[0] if len(place) == 1 else place
+def made(kind="grip", k=500.0, damping=10.0, *, side=LEFT, gap=0.0, axes=1, depth=None):
+    """Return a contact, so deep in its face."""
+    params = ContactParams(contact=kind, contact_stiffness=k, contact_damping=damping, gap_m=gap)
+    c = contact_of(params, side=side, size=0.06, axes=axes)
+    if depth is None:
+        return c
+    return c._replace(springs=(c.springs[0]._replace(deflection=-side * depth),))
 
 
-def bilateral():
-    return Held("bilateral", 500.0, 10.0)
+def moved(c, *way):
+    return slid(c, way)[0]
 
 
-def grip(side=LEFT, *, k=500.0, damping=10.0, gap=0.0, depth=None):
-    contact = Held("grip", k, damping, side=side, gap=gap)
-    if depth is not None:
-        [spring] = contact.c.springs
-        contact.c = contact.c._replace(springs=(spring._replace(deflection=-side * depth),))
-    return contact
+def answered(c, free, b=B):
+    return spring_answer(c.springs[0], free, b, H, touching(c), c.law)
 
 
 def test_a_two_sided_contact_pushes_and_pulls():
-    contact = bilateral()
-    contact.attach(0.04)
-    assert contact.force(0.0) == 0.0
-    contact.slide(0.002)
-    assert contact.force(0.1) == pytest.approx(2.0)
-    contact.slide(-0.004)
-    assert contact.force(0.0) == pytest.approx(-1.0)
-    assert contact.energy == pytest.approx(0.001)
-    assert contact.position == pytest.approx(0.038)
+    c = attached(made("bilateral"), (0.04,))
+    assert contact_force(c, (0.0,)) == (0.0,)
+    c = moved(c, 0.002)
+    assert contact_force(c, (0.1,)) == pytest.approx((2.0,))
+    c = moved(c, -0.004)
+    assert contact_force(c, (0.0,)) == pytest.approx((-1.0,))
+    assert contact_energy(c) == pytest.approx(0.001)
+    assert offset_of(c) == pytest.approx((0.038,))
 
 
-@pytest.mark.parametrize("side", [LEFT, RIGHT])
-def test_a_grip_pushes_inwards_only(side):
-    inwards = -side
-    assert grip(side, depth=0.002).force(0.0) == pytest.approx(inwards * 1.0)
-    assert grip(side, depth=0.002).force(inwards * 0.1) == pytest.approx(inwards * 2.0)
-    assert grip(side, depth=0.002).force(-inwards * 0.5) == 0.0
-    assert grip(side, depth=-0.002).force(inwards * 5.0) == 0.0
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize(
+    ("depth", "rate", "push"),
+    [(0.002, 0.0, 1.0), (0.002, 0.1, 2.0), (0.002, -0.5, 0.0), (-0.002, 5.0, 0.0)],
+)
+def test_a_grip_pushes_inwards_only(side, depth, rate, push):
+    force = contact_force(made(side=side, depth=depth), (-side * rate,))
+    assert force == pytest.approx((-side * push,))
 
 
-@pytest.mark.parametrize("side", [LEFT, RIGHT])
+@pytest.mark.parametrize("side", SIDES)
 def test_a_grip_begins_outside_the_face_by_the_gap(side):
     face = side * 0.03
-    contact = grip(side, gap=0.004)
-    contact.attach(0.0)  # in the middle of the object
-    assert contact.position == pytest.approx(face + side * 0.004)
-    contact.attach(face + side * 0.01)  # far enough away: stays where it is
-    assert contact.position == pytest.approx(face + side * 0.01)
-    assert not contact.touching
-    assert contact.energy == 0.0
+    middle = attached(made(side=side, gap=0.004), (0.0,))  # of the object
+    assert offset_of(middle) == pytest.approx((face + side * 0.004,))
+    far = attached(middle, (face + side * 0.01,))  # far enough away: stays where it is
+    assert offset_of(far) == pytest.approx((face + side * 0.01,))
+    assert not touching(far) and contact_energy(far) == 0.0
 
 
-@pytest.mark.parametrize("make", [bilateral, grip])
-def test_letting_go_drops_the_energy_of_the_spring(make):
-    contact = make()
-    contact.attach(-0.03)
-    contact.slide(0.004)
-    stored = contact.energy
-    assert stored == pytest.approx(0.5 * 500.0 * 0.004**2)
-    assert contact.detach() == stored
-    assert contact.energy == 0.0
+@pytest.mark.parametrize("kind", ["bilateral", "grip"])
+def test_letting_go_drops_the_energy_of_the_spring(kind):
+    c = moved(attached(made(kind), (-0.03,)), 0.004)
+    stored_j = contact_energy(c)
+    assert stored_j == pytest.approx(0.5 * 500.0 * 0.004**2)
+    loose, dropped_j = detached(c)
+    assert (dropped_j, contact_energy(loose)) == (stored_j, 0.0)
 
 
 def test_an_unwrapped_force_fits_the_velocity_it_leaves():
-    contact, free, xd_o, b, weight = bilateral(), 0.3, 0.05, 25.0, 0.004
-    contact.slide(0.002)
-    force = contact.unwrapped(free, xd_o, b, weight)
-    xd = free - force / b
-    assert force == pytest.approx(500.0 * (0.002 + weight * xd) + 10.0 * (xd - xd_o))
-    pressed = grip(depth=0.002)
-    assert pressed.unwrapped(free, xd_o, b, weight) == pytest.approx(force)
-    assert pressed.unwrapped(-5.0, xd_o, b, weight) == 0.0
-    assert grip(depth=-0.02).unwrapped(free, xd_o, b, weight) == 0.0
+    free, xd_o, weight = 0.3, 0.05, 0.004
+
+    def force(c, free):
+        return contact_unwrapped(c, (free,), (xd_o,), B, weight)[0]
+
+    found = force(moved(made("bilateral"), 0.002), free)
+    xd = free - found / B
+    assert found == pytest.approx(500.0 * (0.002 + weight * xd) + 10.0 * (xd - xd_o))
+    pressed = made(depth=0.002)
+    assert force(pressed, free) == pytest.approx(found)
+    assert force(pressed, -5.0) == force(made(depth=-0.02), free) == 0.0
 
 
 def mean_push(p0, rate, k, damping):
@@ -150,16 +112,11 @@ def mean_push(p0, rate, k, damping):
 
 
 @given(
-    p0=st.floats(-0.02, 0.02),
-    free=st.floats(-3.0, 3.0),
-    k=st.one_of(st.just(0.0), st.floats(1.0, 1e5)),
-    damping=st.one_of(st.just(0.0), st.floats(0.1, 100.0)),
-    b=st.floats(1.0, 100.0),
-    side=st.sampled_from([LEFT, RIGHT]),
-)
+    p0=depths, free=rates, k=st.just(0.0) | st.floats(1.0, 1e5), damping=dampings,
+    b=st.floats(1.0, 100.0), side=st.sampled_from(SIDES),
+)  # fmt: skip
 def test_the_mean_force_of_a_grip_solves_its_equation(p0, free, k, damping, b, side):
-    contact = grip(side, k=k, damping=damping, depth=p0)
-    answer = contact.answer(-side * free, b, H)
+    answer = answered(made("grip", k, damping, side=side, depth=p0), -side * free, b)
     push, rate = -side * answer.force, -side * answer.rate
     assert push >= 0.0
     assert rate == pytest.approx(free - push / b, abs=1e-12)
@@ -169,77 +126,42 @@ def test_the_mean_force_of_a_grip_solves_its_equation(p0, free, k, damping, b, s
     assert mean_push(p0, rate + slack, k, damping) >= push - rounding
 
 
-@given(
-    p0=st.floats(-0.02, 0.02),
-    free=st.floats(-3.0, 3.0),
-    k=st.floats(1.0, 1e5),
-    damping=st.one_of(st.just(0.0), st.floats(0.1, 100.0)),
-)
-def test_the_slope_of_a_grip_is_the_fall_of_its_force(p0, free, k, damping):
-    b, step = 25.0, 1e-6
-    contact = grip(LEFT, k=k, damping=damping, depth=p0)
-    low, here, high = (contact.answer(free + d, b, H) for d in (-step, 0.0, step))
+@given(p0=depths, free=rates, k=st.floats(1.0, 1e5), damping=dampings)
+@example(p0=3e-164, free=1.0, k=5581.0, damping=0.0)  # its square vanishes
+@example(p0=-2e-308, free=0.0, k=1.0, damping=0.0)
+@example(p0=0.002, free=-1.0, k=500.0, damping=10.0)  # pulled off fast
+def test_slope_and_energy_of_a_grip(p0, free, k, damping):
+    """The slope is the fall of its force; what it takes in is stored or heats."""
+    step, c = 1e-6, made("grip", k, damping, depth=p0)
+    low, here, high = (answered(c, free + d) for d in (-step, 0.0, step))
     least = 1e-300  # products below it round in steps of their own size
     assert low.force <= here.force + least and here.force <= high.force + least
-    assert 0.0 <= here.slope <= b
+    assert 0.0 <= here.slope <= B
     if abs(high.slope - low.slope) <= 1e-3 * here.slope:  # not at a corner of the law
         measured = (high.force - low.force) / (2 * step)
         assert here.slope == pytest.approx(measured, rel=1e-2, abs=1e-2)
+    after, heat_j = advanced_contact(c, (here.force,), (here.rate,), H)
+    before_j, after_j, work_j = (
+        contact_energy(c),
+        contact_energy(after),
+        H * here.force * here.rate,
+    )
+    scale = before_j + after_j + abs(work_j)
+    assert heat_j >= -1e-13 * scale
+    assert work_j == pytest.approx(after_j - before_j + heat_j, abs=1e-12 * scale + 1e-15)
 
 
-@given(
-    p0=st.floats(-0.02, 0.02),
-    free=st.floats(-3.0, 3.0),
-    k=st.floats(1.0, 1e5),
-    damping=st.one_of(st.just(0.0), st.floats(0.1, 100.0)),
-)
-@example(p0=3e-164, free=1.0, k=5581.0, damping=0.0)  # its square vanishes
-@example(p0=-2e-308, free=0.0, k=1.0, damping=0.0)
-def test_what_a_grip_takes_in_is_stored_or_heats(p0, free, k, damping):
-    contact = grip(LEFT, k=k, damping=damping, depth=p0)
-    before = contact.energy
-    answer = contact.answer(free, 25.0, H)
-    heat = contact.advance(answer, H)
-    work = H * answer.force * answer.rate
-    scale = before + contact.energy + abs(work)
-    assert heat >= -1e-13 * scale
-    assert work == pytest.approx(contact.energy - before + heat, abs=1e-12 * scale + 1e-15)
-
-
-def test_a_grip_that_is_pulled_off_fast_gives_no_energy_back():
-    contact = grip(depth=0.002)
-    before = contact.energy
-    answer = contact.answer(-1.0, 25.0, H)
-    assert answer.force == 0.0
-    assert contact.advance(answer, H) == pytest.approx(before)
-
-
-class TestInSpace:
-    """A grip along axis 0 that also holds on sideways."""
-
-    def make(self):
-        contact = Held("grip", 500.0, 10.0, axes=3)
-        contact.attach(-0.03, 0.01, -0.01)
-        return contact
-
-    def test_nothing_holds_before_contact(self):
-        contact = self.make()
-        contact.slide(-0.001, 0.02, 0.02)
-        assert contact.force(0.0, 1.0, 1.0) == (0.0, 0.0, 0.0)
-        assert contact.position == pytest.approx((-0.031, 0.03, 0.01))
-
-    def test_contact_anchors_where_it_begins(self):
-        contact = self.make()
-        contact.slide(0.002, 0.02, 0.0)
-        assert contact.force(0.0, 0.0, 0.0) == pytest.approx((1.0, 0.0, 0.0))
-        contact.slide(0.0, 0.001, -0.002)
-        assert contact.force(0.0, 0.0, 0.0) == pytest.approx((1.0, 0.5, -1.0))
-        assert contact.position == pytest.approx((-0.028, 0.031, -0.012))
-
-    def test_coming_out_drops_the_sideways_spring(self):
-        contact = self.make()
-        contact.slide(0.002, 0.0, 0.0)
-        contact.slide(0.0, 0.003, 0.004)
-        assert contact.slide(-0.003, 0.0, 0.0) == pytest.approx(0.5 * 500.0 * 0.005**2)
-        assert contact.energy == 0.0
-        assert contact.position == pytest.approx((-0.031, 0.013, -0.006))
+def test_a_grip_holds_sideways_from_where_it_touched_until_it_comes_out():
+    outside = attached(made(axes=3), (-0.03, 0.01, -0.01))
+    away = moved(outside, -0.001, 0.02, 0.02)
+    assert contact_force(away, (0.0, 1.0, 1.0)) == (0.0, 0.0, 0.0)
+    assert offset_of(away) == pytest.approx((-0.031, 0.03, 0.01))
+    c = moved(outside, 0.002, 0.02, 0.0)
+    assert contact_force(c, (0.0,) * 3) == pytest.approx((1.0, 0.0, 0.0))
+    c = moved(c, 0.0, 0.001, -0.002)
+    assert contact_force(c, (0.0,) * 3) == pytest.approx((1.0, 0.5, -1.0))
+    assert offset_of(c) == pytest.approx((-0.028, 0.031, -0.012))
+    c, dropped_j = slid(c, (-0.003, 0.0, 0.0))
+    assert dropped_j == pytest.approx(0.5 * 500.0 * (0.001**2 + 0.002**2))
+    assert contact_energy(c) == 0.0
+    assert offset_of(c) == pytest.approx((-0.031, 0.031, -0.012))

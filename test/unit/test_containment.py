@@ -7,7 +7,7 @@ import pytest
 from support.law_rigs import Users
 
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.contained import Unanswered
+from pmwvc_core.plugins import Unanswered
 
 B_W = 25.0
 

@@ -7,7 +7,7 @@ import pytest
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.frame.rows import DeviceSample
+from pmwvc_core.frame import DeviceSample
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.wave.impedance import DIRECT, largest_wave

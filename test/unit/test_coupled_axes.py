@@ -5,7 +5,6 @@
 import itertools
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.strategies import matrices
@@ -17,7 +16,6 @@ from pmwvc_core.law.server.springs import depth
 from pmwvc_core.made.server import contact_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams
-from pmwvc_core.wave.impedance import MatrixImpedance
 
 H = 0.008
 contacts = st.builds(
@@ -114,14 +112,3 @@ def test_an_unwrapped_force_fits_the_velocity_it_leaves(params, b, weight, seed)
             expected[0] = 0.0  # at the jump where the damper begins no force fits
         scale = 1e-7 * (1.0 + np.abs(expected).max())
         np.testing.assert_allclose(force, expected, rtol=1e-6, atol=scale)
-
-
-def test_a_grip_that_is_not_held_still_leans_sideways_on_the_port():
-    """Pushed along axis 0 through a matrix, the avatar gives way across, too."""
-    b = MatrixImpedance(*np.linalg.eigh(np.array([[30.0, 12.0], [12.0, 20.0]])))
-    contact = attached(contact_of(ContactParams(), side=1, size=0.06, axes=2), (0.03, 0.0))
-    force, rate, _ = answer_of(contact, np.array([-0.2, 0.0]), b)
-    assert force[0] < 0.0
-    assert force[1] == 0.0
-    assert rate[1] == pytest.approx((-force / b)[1])
-    assert abs(rate[1]) > 1e-3

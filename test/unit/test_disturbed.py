@@ -10,7 +10,7 @@ from support import handmade
 
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.simulation.session import simulate_one
@@ -18,9 +18,9 @@ from pmwvc_core.simulation.session import simulate_one
 DURATION_S = 10.0
 
 
-def disturbed(start_s, end_s, *, at_server=False, duration_s=DURATION_S):
+def disturbed(start_s, end_s, *, at_server=False):
     """A press of ten seconds in which nobody is coupled from a time to another."""
-    traces = handmade.session(duration_s=duration_s)
+    traces = handmade.session(duration_s=DURATION_S)
     for user in traces.users:
         rows = (user.block_time_s > start_s) & (user.block_time_s <= end_s)
         user.state[rows & (not at_server)] = SafetyState.DAMPING

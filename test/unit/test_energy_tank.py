@@ -7,7 +7,7 @@ import math
 import pytest
 from support.packer import Packer
 
-from pmwvc_core.ends.forms import known
+from pmwvc_core.ends.inbox import known
 from pmwvc_core.law.position.energy_tank import (
     Tank,
     tank_down,

@@ -29,12 +29,6 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 SLEEPER = [sys.executable, "-c", "import time; time.sleep(60)"]
 
 
-def test_disturbances_are_read_in_words():
-    found = disturbances_of("6 kill server; 7.5 start server;")
-    assert list(map(str, found)) == ["kill server at 6 s", "start server at 7.5 s"]
-    assert disturbances_of("") == ()
-
-
 @pytest.mark.parametrize(
     "text, message",
     [
@@ -52,6 +46,8 @@ def test_disturbances_that_cannot_be_are_refused_with_value_and_range(text, mess
     if "user3" not in text:
         with pytest.raises(ParameterError, match=message):
             disturbances_of(text)
+    found = disturbances_of("6 kill server; 7.5 start server;")
+    assert list(map(str, found)) == ["kill server at 6 s", "start server at 7.5 s"]
 
 
 def test_what_is_done_to_a_user_leaves_the_prediction_as_it_is():
@@ -72,14 +68,8 @@ def test_nodes_are_killed_stopped_continued_and_started_when_it_is_time(tmp_path
         for node in chosen:
             children.start(node.name, SLEEPER, env={}, log=tmp_path / f"{node.file_name}.log")
         wanted = disturbances_of("1 kill server; 2 stop user1; 3 continue user1; 4 start server")
-        disturber = Disturber(
-            wanted,
-            nodes=nodes,
-            children=children,
-            environment={},
-            logs=tmp_path,
-            note=lambda *event: events.append(event),
-        )
+        rig = {"nodes": nodes, "children": children, "environment": {}, "logs": tmp_path}
+        disturber = Disturber(wanted, **rig, note=lambda *event: events.append(event))
         server, master = children.children["server"], children.children["user1 master"]
         disturber.act(0.5)
         assert events == [] and server.running

@@ -10,11 +10,11 @@ from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.budget.parts import account_words, group_of, words_of
+from pmwvc_analysis.budget.parts import account_words, words_of
 from pmwvc_analysis.charts import chart_files, style
-from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
+from pmwvc_analysis.figures.energy_charts import accounts, grouped, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
-from pmwvc_analysis.figures.link_charts import energy, loop, network
+from pmwvc_analysis.figures.link_charts import energy, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.simulation.session import simulate_one
@@ -25,55 +25,48 @@ def lines(chart, row=0):
     return {line.label: line for line in chart.panels[row].lines}
 
 
-def grouped(found):
-    """The energies of a budget by group, over all owners."""
-    sums = {}
-    for parts in found.parts.values():
-        for part, series in parts.items():
-            name = group_of(part)
-            sums[name] = sums.get(name, 0.0) + series
-    return sums
-
-
+@pytest.fixture(scope="module")
 def live():
+    """Traces of a session with late loops, an account, an absent avatar and a late server."""
     traces = handmade.session()
     for place, user in enumerate(traces.users):
         user.lateness_s = np.random.default_rng(place).gamma(2.0, 40e-6, len(user.tick))
-        user.accounts["position_spent"] = np.linspace(0.0, 2e-3, len(user.block_time_s))
+    user.accounts["position_spent"] = np.linspace(0.0, 2e-3, len(user.block_time_s))
+    traces.server.state[0][:100] = 0
     return traces
 
 
-def test_positions_are_in_millimetres_with_one_line_each():
-    traces = handmade.session()
-    drawn = lines(positions(traces, handmade.scenario()))
+def test_lines_of_motion_are_in_millimetres_and_an_absent_avatar_is_not_drawn(live):
+    drawn = lines(positions(live, handmade.scenario()))
     assert list(drawn) == [
         "target", "object", "user1 device", "user2 device", "user1 avatar", "user2 avatar"
     ]  # fmt: skip
-    np.testing.assert_allclose(drawn["user1 device"].y, traces.users[0].x_m[:, 0] * 1e3)
+    np.testing.assert_allclose(drawn["user1 device"].y, live.users[0].x_m[:, 0] * 1e3)
+    assert np.isnan(drawn["user1 avatar"].y[:100]).all()
+    assert np.isfinite(drawn["user1 avatar"].y[100:]).all()
 
 
-def test_six_axes_have_a_row_and_a_name_each():
-    chart = positions(handmade.session(dof=6), handmade.scenario(dof=6))
-    names = [panel.y_label for panel in chart.panels]
-    assert names[:4] == ["x [mm]", "y [mm]", "z [mm]", "axis 4 [mm]"]
-    assert len(names) == 6
+@pytest.mark.parametrize(("users", "dof"), [(2, 1), (2, 3), (2, 6), (6, 1)])
+def test_every_axis_has_a_row_and_more_than_two_users_have_rows_of_their_own(users, dof):
+    traces = handmade.session(users=users, dof=dof, duration_s=1.6)
+    panels = positions(traces, None).panels
+    axes = ["x [mm]", "y [mm]", "z [mm]", "axis 4 [mm]", "axis 5 [mm]", "axis 6 [mm]"]
+    owners = [f"user{n}" for n in range(1, 7)] if users > 2 else [""]
+    names = ["position [mm]"] if dof == 1 else axes[:dof]
+    assert [(p.title, p.y_label) for p in panels] == [(o, n) for o in owners for n in names]
+    assert len({panel.tint for panel in panels}) == len(owners)
+    assert len(forces(traces, None).panels) == users * dof
 
 
-def test_an_avatar_that_is_absent_is_not_drawn():
+def test_the_servers_curves_end_with_the_users():
     traces = handmade.session()
-    traces.server.state[0][:100] = 0
-    drawn = lines(positions(traces, None))["user1 avatar"].y
-    assert np.isnan(drawn[:100]).all()
-    assert np.isfinite(drawn[100:]).all()
-
-
-def test_every_axis_of_motion_has_a_row():
-    chart = positions(handmade.session(dof=3), handmade.scenario(dof=3))
-    assert [panel.y_label for panel in chart.panels] == ["x [mm]", "y [mm]", "z [mm]"]
-    forces_of = forces(handmade.session(dof=3), None)
-    assert [panel.y_label for panel in forces_of.panels[:3]] == [
-        "force, x [N]", "force, y [N]", "force, z [N]"
-    ]  # fmt: skip
+    for user in traces.users:  # the masters end a second before the server
+        kept = user.time_s <= 3.0
+        for name in ("time_s", "tick", "x_m", "xd_m", "f_h", "f_m", "f_applied"):
+            setattr(user, name, getattr(user, name)[kept])
+    for draw in (positions, forces):
+        for line in (line for panel in draw(traces, None).panels for line in panel.lines):
+            assert line.x[-1] <= 3.0 + 1e-9
 
 
 def test_energy_is_what_was_judged():
@@ -107,15 +100,9 @@ def test_a_force_near_its_limit_shows_the_limit():
     assert not forces(traces, handmade.scenario()).panels[0].levels
 
 
-def test_virtual_time_has_no_lateness_to_draw():
-    assert loop(handmade.session(), None) is None
-    assert "median" in "".join(lines(loop(live(), None), 1))
-
-
-def test_every_figure_is_written_and_states_where_it_comes_from(tmp_path):
-    scenario, traces = handmade.scenario(), live()
-    drawn = charts(traces, scenario)
-    write_all(drawn, traces, tmp_path)
+def test_every_figure_is_written_with_its_points_units_and_source(live, tmp_path):
+    drawn = charts(live, handmade.scenario())
+    write_all(drawn, live, tmp_path)
     names = ["positions", "forces", "energy", "budget", "controller", "network", "loop"]
     assert [chart.name for chart in drawn] == names
     assert len(drawn) == len(FIGURES)
@@ -124,42 +111,25 @@ def test_every_figure_is_written_and_states_where_it_comes_from(tmp_path):
         assert head[:8] == b"\x89PNG\r\n\x1a\n"
         assert struct.unpack(">I", head[16:20])[0] == style.WIDTH_IN * style.DPI
         assert chart.title in (tmp_path / f"{chart.name}.svg").read_text("utf-8")
-        assert chart.caption
-
-
-def test_axes_have_units_and_titles_name_the_scenario():
-    for chart in charts(live(), handmade.scenario()):
-        assert "press" in chart.title
-        assert "K = 500 N/m" in chart.note
-        for panel in chart.panels:
-            assert "[" in panel.y_label or panel.y_label == "ticks"
-            assert "[" in panel.x_label
+        assert chart.caption and "press" in chart.title and "K = 500 N/m" in chart.note
+        figure = chart_files.figure(chart, (0.0, live.duration_s))
+        for axes, panel in zip(figure.axes, chart.panels, strict=True):
+            assert "[" in panel.x_label and ("[" in panel.y_label or panel.y_label == "ticks")
+            shown = {line.get_label(): line.get_ydata() for line in axes.lines}
+            for line in panel.lines:
+                np.testing.assert_array_equal(shown[line.label], line.y)
 
 
 def test_what_was_not_recorded_is_left_out():
-    traces = handmade.session()
-    traces.server, traces.fates = None, {}
-    assert [chart.name for chart in charts(traces, None)] == ["positions", "forces"]
-    traces.users = []
-    assert charts(traces, None) == []
+    def names(**without):
+        traces = handmade.session()
+        vars(traces).update(without)
+        return [chart.name for chart in charts(traces, None)]
 
-
-def test_a_server_alone_is_drawn():
-    traces = handmade.session()
-    traces.users = []
-    assert [chart.name for chart in charts(traces, None)] == ["positions", "network"]
-
-
-def test_png_and_description_show_the_same_points():
-    traces = handmade.session()
-    chart = energy(traces, None)
-    figure = chart_files.figure(chart, (0.0, traces.duration_s))
-    for axes, panel in zip(figure.axes, chart.panels, strict=True):
-        drawn = {line.get_label(): line for line in axes.lines}
-        for line in panel.lines:
-            seen = drawn[line.label].get_ydata()
-            assert np.nanmax(seen) == line.y.max()
-            assert np.nanmin(seen) == line.y.min()
+    assert names(server=None, fates={}) == ["positions", "forces"]
+    assert names(server=None, fates={}, users=[]) == []
+    assert names(users=[]) == ["positions", "network"]
+    assert "loop" not in names()  # virtual time has no lateness
 
 
 def test_stretches_close_together_are_one():
@@ -174,10 +144,11 @@ def test_the_stack_of_energies_ends_where_the_hands_do():
     traces = simulate_one(scenario)
     panel = whereabouts(traces, scenario).panels[0]
     found = budget(traces, scenario)
+    groups = grouped(found).values()
     given = sum(found.hands.values()) * 1e3
     np.testing.assert_allclose(panel.lines[0].y, given)
-    top = sum(np.maximum(sums, 0.0) for sums in grouped(found).values())
-    bottom = sum(np.minimum(sums, 0.0) for sums in grouped(found).values())
+    top = sum(np.maximum(sums, 0.0) for sums in groups)
+    bottom = sum(np.minimum(sums, 0.0) for sums in groups)
     highest = max(layer.high.max() for layer in panel.layers)
     lowest = min(layer.low.min() for layer in panel.layers)
     assert highest == pytest.approx(top.max() * 1e3, rel=1e-2)
@@ -193,12 +164,9 @@ def test_components_that_generated_energy_have_a_panel_of_their_own():
     assert active.lines[0].y.min() < 0.0
 
 
-def test_the_accounts_of_a_controller_are_drawn_only_where_it_has_some():
-    traces = handmade.session()
-    assert accounts(traces, None) is None
-    user = traces.users[1]
-    user.accounts["position_spent"] = np.linspace(0.0, 2e-3, len(user.block_time_s))
-    chart = accounts(traces, None)
+def test_the_accounts_of_a_controller_are_drawn_only_where_it_has_some(live):
+    assert accounts(handmade.session(), None) is None
+    chart = accounts(live, None)
     assert [panel.title for panel in chart.panels] == ["user2"]
     drawn = lines(chart)[account_words("position_spent")]
-    np.testing.assert_allclose(drawn.y, user.accounts["position_spent"] * 1e3)
+    np.testing.assert_allclose(drawn.y, live.users[1].accounts["position_spent"] * 1e3)

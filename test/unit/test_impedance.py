@@ -121,8 +121,8 @@ def test_another_root_does_not_carry_the_power(wrong):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("30 2; 2", "'30 2; 2': must be square"),
-        ("30 2 0; 2 20 0", "must be square"),
+        ("30 2; 2", "'30 2; 2': must be numbers, rows of one length"),
+        ("30 2 0; 2 20 0", "must be 2 x 2"),
         ("30 2; 3 20", "must be symmetric"),
         ("30 40; 40 20", "must be positive definite"),
         ("0", "must be positive definite"),
@@ -131,7 +131,7 @@ def test_another_root_does_not_carry_the_power(wrong):
         ("30 x; 2 20", "must be numbers"),
         ("inf 0; 0 1", "must be of finite numbers"),
         ("nan", "must be of finite numbers"),
-        (";", "must be square"),
+        (";", "must be 2 x 2"),
     ],
 )
 def test_what_is_no_impedance_is_refused_by_name_and_value(text, words):

@@ -10,7 +10,7 @@ from support.handmade import oscillating, session
 from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.network.in_flight import RecordedFate, RecordedLink
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one

@@ -1,11 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The link: integers in, integers out."""
+"""The link, integers in and out, and its effects one by one: line, slots, reordering, tables."""
+
+import json
 
 import numpy as np
 import pytest
-from scipy import stats
 
+from pmwvc_core.errors import ParameterError, RecordingError
+from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.network.distributions import DISTRIBUTIONS
+from pmwvc_core.network.effects import conflicts, longest_s, mean_s
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
@@ -35,27 +40,12 @@ def test_a_link_is_a_delay_line():
     assert out == {0: [], 8: [], 16: [0], 24: [1], 32: [2]}
 
 
-def test_without_delay_a_packet_arrives_in_the_same_instant():
-    channel = link()
-    (fate,) = channel.send("a", 5)
-    assert channel.next_due_ns == 5
-    assert channel.arrivals(5) == [("a", fate)]
-    assert channel.next_due_ns is None
-
-
 def test_a_fate_states_number_times_size_and_kind():
     channel = link(delay_s=0.002)
     channel.send("a", 0)
     (fate,) = channel.send("b", 1000, size_bytes=126)
     assert (fate.number, fate.time_in_ns, fate.time_due_ns) == (2, 1000, 1000 + 2 * MS)
     assert (fate.kind, fate.cause, fate.size) == (FateKind.DELIVERED, Cause.NONE, 126)
-
-
-def test_a_packet_is_not_due_before_its_time():
-    channel = link(delay_s=0.001)
-    channel.send("a", 0)
-    assert channel.arrivals(MS - 1) == []
-    assert payloads(channel.arrivals(MS)) == ["a"]
 
 
 def test_everything_is_lost_or_nothing():
@@ -70,44 +60,6 @@ def test_a_copy_comes_out_beside_its_original():
     assert (copy.number, copy.kind, copy.cause) == (1, FateKind.DUPLICATE, Cause.DUPLICATION)
     assert channel.arrivals(MS) == [("a", original), ("a", copy)]
     assert (channel.counters.duplicated, channel.counters.out_count) == (1, 2)
-
-
-def test_loss_and_duplication_come_as_often_as_set():
-    channel = link(seed=3, loss=0.1, duplicate=0.2)
-    for n in range(20_000):
-        channel.send(n, n)
-    lost, copied = channel.counters.lost, channel.counters.duplicated
-    assert stats.binomtest(lost, 20_000, 0.1).pvalue > 1e-3
-    assert stats.binomtest(copied, 20_000 - lost, 0.2).pvalue > 1e-3
-
-
-def test_uniform_jitter_spreads_evenly_round_the_delay():
-    delays = delays_of(
-        link(delay_s=0.02, jitter="uniform", jitter_s=0.005, keep_order=False), 5000
-    )
-    spread = stats.uniform(0.015e9, 0.010e9)
-    assert stats.kstest(delays, spread.cdf).pvalue > 1e-3
-
-
-def test_normal_jitter_has_its_standard_deviation():
-    delays = delays_of(link(delay_s=0.02, jitter="normal", jitter_s=0.003, keep_order=False), 5000)
-    assert stats.kstest(delays, stats.norm(0.02e9, 0.003e9).cdf).pvalue > 1e-3
-
-
-def test_no_packet_arrives_before_it_was_sent():
-    delays = delays_of(link(delay_s=0.001, jitter="normal", jitter_s=0.01, keep_order=False), 500)
-    assert delays.min() == 0
-
-
-def test_jitter_with_order_kept_never_overtakes_and_without_it_does():
-    settings = {"delay_s": 0.02, "jitter": "uniform", "jitter_s": 0.02}
-    for keep_order in (True, False):
-        channel = link(**settings, keep_order=keep_order)
-        for n in range(200):
-            channel.send(n, n * MS)
-        out = payloads(channel.arrivals(10**12))
-        assert (out == sorted(out)) is keep_order
-        assert (channel.counters.reordered == 0) is keep_order
 
 
 def test_the_rate_limit_is_a_serial_line():
@@ -138,15 +90,6 @@ def test_new_settings_leave_packets_under_way_alone():
     assert payloads(channel.arrivals(100 * MS)) == ["slow"]
 
 
-def test_a_shorter_delay_with_order_kept_does_not_overtake():
-    channel = link(delay_s=0.1, keep_order=False)
-    channel.send("slow", 0)
-    channel.configure(LinkParams(delay_s=0.0, keep_order=True))
-    (fate,) = channel.send("fast", MS)
-    assert fate.time_due_ns == 100 * MS
-    assert payloads(channel.arrivals(100 * MS)) == ["slow", "fast"]
-
-
 def test_once_order_is_kept_the_latest_under_way_is_what_counts():
     channel = link(delay_s=0.1, keep_order=False)
     channel.send("slow", 0)
@@ -154,6 +97,9 @@ def test_once_order_is_kept_the_latest_under_way_is_what_counts():
     channel.send("overtaking", MS)
     channel.configure(LinkParams(delay_s=0.0, keep_order=True))
     assert channel.send("in order", 2 * MS)[0].time_due_ns == 100 * MS
+    assert (channel.counters.in_count, channel.counters.queued) == (3, 3)
+    assert payloads(channel.arrivals(100 * MS)) == ["overtaking", "slow", "in order"]
+    assert (channel.counters.out_count, channel.counters.queued) == (3, 0)
 
 
 @pytest.mark.parametrize("keep_order", [True, False])
@@ -186,18 +132,160 @@ def test_a_queue_that_need_not_wait_any_longer_empties_twice_as_fast_as_it_fille
     np.testing.assert_allclose(delays_ms[over:], 16.0, atol=0.01)
 
 
-def test_counters_tell_what_is_inside():
-    channel = link(delay_s=0.01)
-    channel.send("a", 0)
-    channel.send("b", 5 * MS)
-    assert (channel.counters.in_count, channel.counters.queued) == (2, 2)
-    channel.arrivals(10 * MS)
-    assert (channel.counters.out_count, channel.counters.queued) == (1, 1)
-
-
 def test_directions_and_users_have_streams_of_their_own():
     settings = {"jitter": "uniform", "jitter_s": 0.01, "delay_s": 0.02, "keep_order": False}
     streams = [(5, user, direction) for user in range(2) for direction in range(2)]
     found = [delays_of(link(seed, **settings), 500) for seed in streams]
     correlation = np.corrcoef(found) - np.eye(4)
     assert np.abs(correlation).max() < 4.0 / np.sqrt(500)
+
+
+def dues_ms(channel, times_ms, size_bytes=140):
+    sent = [channel.send(n, t * MS, size_bytes=size_bytes)[0] for n, t in enumerate(times_ms)]
+    return [fate.time_due_ns / MS for fate in sent]
+
+
+def test_headers_and_whole_cells_take_time_on_the_line():
+    line = {"rate_limit_bps": 1e6, "queue_packets": 10}
+    assert dues_ms(link(**line, rate_overhead_bytes=25), [0], 100) == [1.0]
+    # 125 bytes are three cells of 48, each with 5 more
+    cells = {"rate_overhead_bytes": 25, "rate_cell_bytes": 48, "rate_cell_overhead_bytes": 5}
+    assert dues_ms(link(**line, **cells), [0], 100) == [pytest.approx(8 * 3 * 53 / 1000)]
+
+
+def test_a_queue_bounded_in_bytes_drops_what_does_not_fit():
+    line = {"rate_limit_bps": 1e6, "queue_packets": 100, "queue_bytes": 2500}
+    channel = link(**line)
+    kinds = [channel.send(n, 0, size_bytes=1000)[0].kind for n in range(5)]
+    assert kinds == [FateKind.DELIVERED] * 3 + [FateKind.DROPPED_QUEUE] * 2
+    assert channel.send(5, 0, size_bytes=500)[0].kind is FateKind.DELIVERED  # this still fits
+    assert channel.send(6, 8 * MS, size_bytes=1000)[0].kind is FateKind.DELIVERED
+
+
+def test_slots_let_packets_out_together_and_no_more_than_fit():
+    dues = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01), range(25))
+    assert sorted(set(dues)) == [10.0, 20.0, 30.0]
+    assert [dues.count(instant) for instant in (10.0, 20.0, 30.0)] == [11, 10, 4]
+    few = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01, slot_packets=4), range(25))
+    assert max(few.count(instant) for instant in few) == 4
+    assert sorted(few) == few and max(few) == 70.0
+    alone = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01, slot_bytes=100), [0, 0])
+    assert alone == [10.0, 20.0]  # larger than a slot
+    bytes_each = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01, slot_bytes=300), range(8), 140)
+    assert [bytes_each.count(10.0 * n) for n in (1, 2, 3, 4)] == [2, 2, 2, 2]
+
+
+def test_every_gapth_packet_overtakes():
+    channel = link(delay_s=0.1, reorder=1.0, reorder_gap=5, keep_order=False)
+    dues = dues_ms(channel, range(20))
+    assert [n for n, due in enumerate(dues) if due == n] == [4, 9, 14, 19]
+    out = [payload for payload, _ in channel.arrivals(10**12)]
+    assert out[:4] == [4, 9, 14, 19] and out[4:] == [n for n in range(20) if n % 5 != 4]
+    assert channel.counters.reordered == 16
+
+
+def test_corrupted_packets_come_out_and_are_marked():
+    channel = link(seed=3, corrupt=0.1)
+    fates = [channel.send(n, n * MS)[0] for n in range(1000)]
+    marked = [fate for fate in fates if fate.cause is Cause.CORRUPTION]
+    assert len(marked) == channel.counters.corrupted == pytest.approx(100, abs=3 * 9.5)
+    assert all(fate.kind is FateKind.DELIVERED and fate.time_due_ns for fate in marked)
+    places = np.array([fate.flip for fate in marked])
+    assert 0.0 <= places.min() and places.max() < 1.0 and places.std() > 0.2
+
+
+@pytest.mark.parametrize("jitter", ["gamma", "lognormal", "pareto", "paretonormal", "quantiles"])
+def test_moments_that_are_named_are_those_of_the_quantile_function(jitter):
+    params = LinkParams(
+        jitter=jitter, jitter_s=0.01, jitter_quantiles="0:0.001 0.5:0.002 0.9:0.02 1:0.1"
+    )
+    law = DISTRIBUTIONS[jitter]
+    edge = np.concatenate(([0.0], 1.0 - np.geomspace(1.0, 1e-14, 20_000)))
+    middles, widths = (edge[1:] + edge[:-1]) / 2.0, np.diff(edge)
+    values = np.array([law.at(params, u) for u in middles])
+    mean = (values * widths).sum()
+    deviation = np.sqrt(((values - mean) ** 2 * widths).sum())
+    assert law.moments(params) == (
+        pytest.approx(mean, abs=1e-5),
+        pytest.approx(deviation, rel=5e-3),
+    )
+    assert mean_s(params) == pytest.approx(law.moments(params)[0])
+    assert longest_s(params) >= mean_s(params)
+
+
+@pytest.mark.parametrize(
+    "settings, text",
+    [
+        ({"jitter": "pareto", "jitter_s": 0.1, "jitter_shape": 2.0}, r"jitter_shape = 2: .* > 2"),
+        ({"jitter": "quantiles"}, r"jitter_quantiles = '': must be probability:seconds"),
+        ({"jitter": "quantiles", "jitter_quantiles": "0:1 0.5:0.2 1:2"}, "rising"),
+        ({"jitter": "table"}, "trace_file is missing: jitter = table needs a file"),
+        ({"markov_p13": 0.7, "markov_p14": 0.4}, r"markov_p13 \+ markov_p14 = 1.1: must be 0..1"),
+        ({"slot_min_s": 0.2, "slot_max_s": 0.1}, r"slot_min_s = 0.2: must be 0..slot_max_s = 0.1"),
+        (
+            {"handover_s": 1.0, "handover_outage_min_s": 2.0},
+            r"handover_outage_min_s = 2: must be 0..handover_outage_max_s = 0",
+        ),
+    ],
+)
+def test_settings_that_contradict_each_other_are_named_with_value_and_range(settings, text):
+    params = LinkParams(**settings)
+    (problem,) = conflicts(params)
+    with pytest.raises((ParameterError, RecordingError), match=text):
+        raise ParameterError(problem)
+    with pytest.raises((ParameterError, RecordingError)):
+        Link(params, seed=1)
+
+
+def test_a_table_is_drawn_from_and_its_losses_are_not(tmp_path):
+    path = tmp_path / "delays.csv"
+    path.write_text("time_s,delay_ms\n0,10\n1,20\n2,lost\n3,60\n")
+    settings = {"jitter": "table", "trace_file": str(path), "trace_scale": 0.001}
+    dues = dues_ms(link(**settings, keep_order=False), [0] * 3000)
+    counts = [dues.count(delay) for delay in (10.0, 20.0, 60.0)]
+    assert sum(counts) == 3000 and min(counts) > 900
+
+
+def test_sending_and_receiving_times_give_delays_and_losses(tmp_path):
+    path = tmp_path / "packets.csv"
+    path.write_text(
+        "seq,send_time_ms,receive_time_ms\n1,0,25\n2,8,lost\n3,16,46\n4,24,\n5,32,60\n"
+    )
+    channel = link(jitter="trace", trace_file=str(path), keep_order=False)
+    fates = [channel.send(n, 8 * n * MS)[0] for n in range(5)]
+    kinds = [fate.kind is FateKind.LOST for fate in fates]
+    assert kinds == [False, True, False, True, False]
+    assert [f.time_due_ns - f.time_in_ns for f in fates[::2]] == [25 * MS, 30 * MS, 28 * MS]
+    assert load_delay_trace(str(path), 1.0).lost_ratio == pytest.approx(0.4)
+
+
+def trip(number, sent_ns, send=0, receive=0, lost="false"):
+    delay = {"send": send, "receive": receive, "rtt": send + receive} if lost == "false" else {}
+    if lost == "true_down":
+        delay = {"send": send}
+    sent = {"wall": 10**18 + sent_ns, "monotonic": sent_ns}
+    return {
+        "seqno": number,
+        "lost": lost,
+        "timestamps": {"client": {"send": sent, "receive": {}}, "server": {}},
+        "delay": delay,
+    }
+
+
+def test_round_trips_of_irtt_are_read_by_direction(tmp_path):
+    trips = [
+        trip(0, 0, 9 * MS, 5 * MS),
+        trip(1, 20 * MS, 7 * MS, lost="true_down"),
+        trip(2, 40 * MS, lost="true_up"),
+        trip(3, 60 * MS, 8 * MS, 6 * MS),
+    ]
+    path = tmp_path / "irtt.json"
+    path.write_text(json.dumps({"version": {}, "round_trips": trips}))
+    found = {
+        column: load_delay_trace(str(path), 1.0, column).delay_ns
+        for column in ("send", "receive", "rtt")
+    }
+    assert found["send"] == (9 * MS, 7 * MS, -1, 8 * MS)
+    assert found["receive"] == (5 * MS, -1, -1, 6 * MS)
+    assert load_delay_trace(str(path), 0.5).delay_ns == (7 * MS, -1, -1, 7 * MS)
+    assert load_delay_trace(str(path), 1.0).time_ns == (0, 20 * MS, 40 * MS, 60 * MS)

@@ -38,21 +38,6 @@ def test_an_effect_of_another_package_is_compared(pmwvc, tmp_path):
     assert lossy["force_error_rms_n"] > calm["force_error_rms_n"]
 
 
-def test_an_effect_that_the_model_leaves_out_is_named_with_its_amount(pmwvc):
-    result = pmwvc("stability", "carry_16ms", *BURSTS, "--json")
-    assert result.returncode == 0, result.stderr
-    plain = pmwvc("stability", "carry_16ms", "--json")
-    ours, without = json.loads(result.stdout), json.loads(plain.stdout)
-    assert "loss of 0.0196 of the packets, in bursts" in " ".join(ours["notes"])
-    assert ours["spectral_radius"] == without["spectral_radius"]
-
-
-def test_tune_names_the_effect_that_its_model_leaves_out(pmwvc):
-    result = pmwvc("tune", "wall", *BURSTS, "--set", "duration_s=2")
-    assert result.returncode == 0, result.stderr
-    assert "loss of 0.0196 of the packets, in bursts" in result.stdout
-
-
 def test_wrong_numbers_are_refused_before_the_session(pmwvc):
     text = refused(pmwvc("simulate", "carry_16ms", "--set", "link.effects=bursts:rate=2:stay=0"))
     assert re.search(r"link.up.effects = .*bursts: rate = 2.0: must be", text)

@@ -34,7 +34,6 @@ class Noted(Effect):
     drawn: list[float]
 
     def loses(self, fate):
-        """Lose where the number is below a half."""
         number = self.uniform(fate)
         self.drawn.append(number)
         return number < 0.5
@@ -44,7 +43,6 @@ class Late(Effect):
     """Adds as much as its number says [s]."""
 
     def delay_s(self, fate):
-        """Return the number of this effect."""
         return numbers_of(self.params.effects)["late"]["by_s"]
 
 
@@ -52,7 +50,6 @@ class Twins(Effect):
     """Sends two copies of every packet."""
 
     def copies(self, fate):
-        """Return two."""
         return 2
 
 
@@ -67,36 +64,30 @@ class Torn(Effect):
     """Fails wherever it is asked."""
 
     def loses(self, fate):
-        """Fail for every other packet."""
         return 1 // (fate.number % 2)
 
     def copies(self, fate):
-        """Answer with nonsense."""
         return "two"
 
     def departs_ns(self, fate, ready_ns):
-        """Fail as a program that ends."""
         raise SystemExit("bye")
 
     def delay_s(self, fate):
-        """Answer with no number."""
         return float("nan")
 
     def arrives_ns(self, fate, due_ns):
-        """Answer nothing."""
+        pass
 
 
 class Moody(Late):
     """Cannot take new settings beyond a second."""
 
     def configure(self, params):
-        """Fail beyond a second."""
         super().configure(params)
         if self.params.delay_s > 1.0:
             raise RuntimeError("too far")
 
     def delay_s(self, fate):
-        """Add nothing."""
         return 0.0
 
 
@@ -181,13 +172,6 @@ def test_own_numbers_are_those_of_the_packet_whatever_else_is_on(lab):
     assert abs(np.corrcoef(drawn[0], drawn[2])[0, 1]) < 0.5
 
 
-def test_own_numbers_are_evenly_spread(lab):
-    (sent, link) = fates(LinkParams(effects="half"), (3, 0, 0), count=2000)
-    lost = sum(kinds[0].kind is FateKind.LOST for kinds in sent)
-    assert lost == link.counters.lost
-    assert abs(lost - 1000) < 4 * np.sqrt(500)
-
-
 def test_several_copies_are_numbered_and_travel_each(lab):
     ((original, first, second),), link = fates(LinkParams(effects="twins"), (1, 0, 0), count=1)
     assert [fate.copy for fate in (original, first, second)] == [0, 1, 2]
@@ -209,7 +193,7 @@ def test_effects_follow_new_settings(lab):
     [
         (
             "moon",
-            "moon is not installed; there are: half, known, late, moody, .*link_effects",
+            "not installed; there are: .*half, known, late, moody, .*link_effects",
         ),
         ("late", "late takes by_s"),
         ("late:by_s=-1", "late: by_s = -1.0: must be >= 0 s"),
@@ -253,10 +237,10 @@ def test_where_an_effect_fails_packets_pass_without_it_and_the_faults_are_counte
         [fate.time_due_ns for fate in each] for each in theirs[1::2]
     ]
     assert all(each[0].kind is FateKind.LOST for each in ours[::2])
-    assert link.faults.count == 30 * 5
+    assert link.faults.steps == 30 * 5
     text = "calls without the effect: 150; last: link.effects = 'torn' raised"
-    assert str(link.faults).startswith(text)
-    assert plain.faults.count == 0
+    assert link.failed.startswith(text)
+    assert plain.failed == ""
 
 
 def test_settings_that_an_effect_cannot_take_are_a_fault(lab):

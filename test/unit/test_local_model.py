@@ -105,16 +105,6 @@ def plugged(monkeypatch):
     monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
 
 
-@pytest.mark.usefixtures("plugged")
-def test_plug_in_spring_with_a_slope_equals_the_built_in_one():
-    motions = np.random.default_rng(7).normal(size=80).tolist()
-    own = driven(Port(master(stiffness=800.0, damping=2.0)), motions)
-    params = dataclasses.replace(
-        master(), local_model=LocalModelParams(kind="sloped", stiffness=800.0, damping=2.0)
-    )
-    np.testing.assert_allclose(driven(Port(params), motions), own, rtol=1e-9, atol=1e-9)
-
-
 def test_the_model_in_the_docs_is_the_built_in_one(monkeypatch):
     text = (Path(__file__).resolve().parents[2] / "docs" / "local_models.md").read_text("utf-8")
     found: dict[str, type] = {}
@@ -134,8 +124,7 @@ def test_the_model_in_the_docs_is_the_built_in_one(monkeypatch):
 @settings(deadline=None)
 def test_deficit_of_an_unknown_model_is_at_most_one_tick(waves, stiffness, damping):
     params = dataclasses.replace(
-        master(),
-        local_model=LocalModelParams(kind="plain", stiffness=stiffness, damping=damping),
+        master(), local_model=LocalModelParams(kind="plain", stiffness=stiffness, damping=damping)
     )
     port = LocalPort(params)
     balance, paying = 0.0, 0.0

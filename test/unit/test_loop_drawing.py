@@ -15,8 +15,8 @@ from pmwvc_analysis.report.loop import blocks, drawing, rendered
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.plural import count, listed
 from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.words import count, listed
 
 OWN = ("device", "port", "filter", "hold", "up", "down")
 

@@ -13,7 +13,7 @@ from scipy.io import loadmat
 from support import linear_loops
 from support.map_points import point
 
-from pmwvc_analysis.figures.map_figure import draw
+from pmwvc_analysis.figures.model_charts import stability_map as draw
 from pmwvc_analysis.maps.maps import (
     Grid,
     MapAxis,

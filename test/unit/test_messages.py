@@ -21,7 +21,7 @@ from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
-from pmwvc_core.transport.packet import FLAG_LEAVING, FLAG_SHORT, Receipt, WavePacket, refused
+from pmwvc_core.transport.packet import FLAG_LEAVING, Receipt, WavePacket, refused
 from pmwvc_master.blocks import FrameBlock
 from pmwvc_master.devices import ros_topic as cdr
 
@@ -190,9 +190,8 @@ def packets(draw):
         echo_seq=draw(st.integers(0, 2**32 - 1)),
         echo_sent_ns=draw(whole),
         echo_hold_ns=draw(whole),
-        flags=draw(st.integers(0, 2**16 - 1)) & ~FLAG_SHORT,
+        flags=draw(st.integers(0, 2**16 - 1)),
         session=draw(st.integers(0, 2**64 - 1)),
-        short=draw(st.booleans()),
     )
 
 

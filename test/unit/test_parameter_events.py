@@ -12,16 +12,13 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from support import handmade
 from support.handmade import START_NS
+from support.rewriting import raw, written
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.parameter_events import MOST_EVENTS, parameter_change, taken_over
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.recording.salvage import Salvage, messages
-from pmwvc_analysis.recording.writer import SessionWriter
-
-TOPIC = Topic("/parameter_events", schemas.PARAMETER_EVENT, True, 1000, essential=False)
+from pmwvc_analysis.recording.salvage import RawMessage
 
 
 def change(at_s, node, **values):
@@ -48,7 +45,7 @@ def recorded(tmp_path_factory):
     return place
 
 
-def events_of(recorded, folder, *changes, junk=b""):
+def events_of(recorded, folder, *changes):
     """Return the parameter events of a session in which these changes were recorded."""
     nodes = folder / "nodes"
     nodes.mkdir()
@@ -56,24 +53,37 @@ def events_of(recorded, folder, *changes, junk=b""):
     for name, values in (("user1", given), ("netem", {"user1": {"link": {"up": {"loss": 0.0}}}})):
         text = yaml.safe_dump({"/**": {"ros__parameters": values}})
         (nodes / f"{name}.yaml").write_text(text, "utf-8")
-    with SessionWriter(folder) as writer:
-        for message in messages(recorded / "session.mcap", Salvage()):
-            writer.add_topic(Topic(message.topic, message.type_name, True, 10))
-            writer.write(message.topic, message.data, log_ns=message.log_ns)
-        writer.add_topic(TOPIC)
-        for at_ns, data in changes:
-            writer.write(TOPIC.name, data, log_ns=at_ns)
-        if junk:
-            writer.write(TOPIC.name, junk, log_ns=START_NS)
-    traces = read_session(folder)
-    return [event for event in traces.events if event.get("kind") == "parameter"]
+    topic = "/parameter_events", schemas.PARAMETER_EVENT
+    events = [RawMessage(*topic, at_ns, at_ns, data) for at_ns, data in changes]
+    written([*raw(recorded), *events], folder)
+    return [each for each in read_session(folder).events if each.get("kind") == "parameter"]
 
 
-def test_a_change_is_recorded_with_time_node_old_and_new_value(recorded, tmp_path):
-    (event,) = events_of(recorded, tmp_path, change(0.5, "/user1/master", safety__max_force=4.0))
-    assert event["time_s"] == pytest.approx(0.5, abs=1e-6)
-    assert event["who"] == "user1 master"
-    assert event["what"] == "safety.max_force set to 4 N (was 8 N)"
+def test_changes_are_told_with_time_node_old_and_new_value(recorded, tmp_path):
+    links = {f"user1__link__up__{name}": 0.25 for name in ("loss", "delay_s", "jitter_s")}
+    found = events_of(
+        recorded,
+        tmp_path,
+        change(-0.5, "/user1/master", safety__max_force=0.5),  # the device allows no more
+        change(-0.4, "/netem", link__up__delay_s=0.016),  # as in the files
+        change(0.2, "/user1/master", master__impedance=30.0, safety__max_force=0.5),
+        change(0.3, "/rviz", background=1),
+        change(0.4, "/user1/master", master__impedance=10.0),
+        change(0.5, "/netem", **links, user1__link__up__jitter="normal", user1__link__up__x=1),
+        (START_NS, b"\x00\x01\x00\x00\xff\xff"),
+    )
+    assert [(each["who"], each["what"]) for each in found] == [
+        ("user1 master", "safety.max_force set to 0.5 N (was 8 N)"),
+        ("user1 master", "master.impedance set to 30 N s/m (was 25 N s/m)"),
+        ("user1 master", "master.impedance set to 10 N s/m (was 30 N s/m)"),
+        (
+            "netem",
+            "user1.link.up.loss set to 0.25 (was 0), user1.link.up.delay_s set to 0.25 s, "
+            "user1.link.up.jitter_s set to 0.25 s, user1.link.up.jitter set to normal and 1 more",
+        ),
+    ]
+    times = [each["time_s"] for each in found]
+    assert times == pytest.approx([-0.5, 0.2, 0.4, 0.5], abs=1e-6)
 
 
 def test_changes_have_the_names_of_a_scenario(recorded, tmp_path):
@@ -92,6 +102,7 @@ def test_changes_have_the_names_of_a_scenario(recorded, tmp_path):
 
 
 def test_a_change_counts_from_the_step_or_the_frame_that_took_it_over(recorded):
+    """But not that of a link: it does not wait for the next one of the server."""
     traces = read_session(recorded)
     server, user = traces.server, traces.users[0]
     server.changes = (server.step >= 40).astype(int)
@@ -101,62 +112,10 @@ def test_a_change_counts_from_the_step_or_the_frame_that_took_it_over(recorded):
     settings = [
         (step_s - 0.02, {"user1.server.contact_damping": 9.0}),
         (tick_s - 0.02, {"user1.safety.max_force": 4.0}),
-        (0.5, {"user1.link.up.delay_s": 0.01}),
+        (step_s - 0.01, {"user1.link.up.delay_s": 0.01}),
     ]
-    found = taken_over(settings, traces.users, server)
-    assert sorted(time_s for time_s, _ in found) == pytest.approx(
-        sorted([step_s - 5e-4, tick_s - 5e-4, 0.5])
-    )
-
-
-def test_a_change_of_a_link_does_not_wait_for_the_next_one_of_the_server(recorded):
-    traces = read_session(recorded)
-    server = traces.server
-    server.changes = (server.step >= 40).astype(int)
-    early_s = server.time_s[39] - 0.02
-    settings = [(early_s, {"user1.link.up.delay_s": 0.01})]
-    assert taken_over(settings, traces.users, server) == settings
-
-
-def test_the_value_before_is_that_of_the_last_change(recorded, tmp_path):
-    found = events_of(
-        recorded,
-        tmp_path,
-        change(0.2, "/user1/master", master__impedance=30.0, safety__max_force=8.0),
-        change(0.4, "/user1/master", master__impedance=10.0),
-    )
-    assert [event["what"] for event in found] == [
-        "master.impedance set to 30 N s/m (was 25 N s/m)",
-        "master.impedance set to 10 N s/m (was 30 N s/m)",
-    ]
-
-
-def test_links_text_and_lists_of_changes_are_given_in_one_line(recorded, tmp_path):
-    values = {f"user1__link__up__{name}": 0.25 for name in ("loss", "delay_s", "jitter_s")}
-    found = events_of(
-        recorded,
-        tmp_path,
-        change(0.2, "/netem", **values, user1__link__up__jitter="normal", user1__link__up__x=1),
-    )
-    assert [event["what"] for event in found] == [
-        "user1.link.up.loss set to 0.25 (was 0), user1.link.up.delay_s set to 0.25 s, "
-        "user1.link.up.jitter_s set to 0.25 s, user1.link.up.jitter set to normal and 1 more"
-    ]
-
-
-def test_before_the_session_only_what_differs_from_the_files_counts(recorded, tmp_path):
-    found = events_of(
-        recorded,
-        tmp_path,
-        change(-0.5, "/user1/master", safety__max_force=0.5),  # the device allows no more
-        change(-0.4, "/netem", link__up__delay_s=0.016),
-    )
-    assert [event["what"] for event in found] == ["safety.max_force set to 0.5 N (was 8 N)"]
-
-
-def test_other_programs_and_messages_that_are_none_do_not_matter(recorded, tmp_path):
-    stranger = change(0.3, "/rviz", background=1)
-    assert events_of(recorded, tmp_path, stranger, junk=b"\x00\x01\x00\x00\xff\xff") == []
+    found = [time_s for time_s, _ in taken_over(settings, traces.users, server)]
+    assert found == pytest.approx(sorted([step_s - 5e-4, tick_s - 5e-4, step_s - 0.01]))
 
 
 def test_a_flood_of_changes_is_cut_and_counted(recorded, tmp_path):

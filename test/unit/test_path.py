@@ -181,7 +181,7 @@ def test_a_route_that_changes_is_no_drift(begins):
         assert path.estimate() is not None  # from what came since
 
 
-@pytest.mark.parametrize("count", [3, 12, 20, 60])
+@pytest.mark.parametrize("count", [3, 20])
 @pytest.mark.parametrize("kind", ["half normal", "exponential", "lognormal", "uniform"])
 def test_a_drift_is_within_its_bound_whatever_the_noise_of_the_least_passages_is(kind, count):
     random = np.random.default_rng(0)
@@ -201,14 +201,6 @@ def test_a_drift_is_within_its_bound_whatever_the_noise_of_the_least_passages_is
         line = clock_line(*ends)
         outside += line is not None and abs(line.rate - rate) > line.rate_open
     assert outside == 0
-
-
-def test_another_peer_begins_anew():
-    path = run(Truth(seconds=5))
-    path.restart()
-    assert path.estimate() is None
-    found = run(Truth(theta_ns=-(10**12), seconds=5), path=path).estimate()
-    assert abs(found.offset_s + 1000.0) <= found.open_s + 1e-6
 
 
 def test_of_times_beyond_any_clock_nothing_is_claimed():

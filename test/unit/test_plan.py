@@ -8,24 +8,19 @@ import pytest
 import yaml
 from support import plain as scenarios
 
-from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_bringup.session import plan
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import ContactParams, LinkParams, MasterParams
+from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.parameter_values import built
+from pmwvc_core.simulation.session import SteppedSession
+from pmwvc_core.wave.impedance import largest_wave
 
 
 def parameters_of(node):
     """Return the parameters of a node's file by dotted name."""
-
-    def flat(values, prefix=""):
-        for name, value in values.items():
-            if isinstance(value, dict):
-                yield from flat(value, f"{prefix}{name}.")
-            else:
-                yield f"{prefix}{name}", value
-
-    return dict(flat(yaml.safe_load(node.parameter_file())["/**"]["ros__parameters"]))
+    return flat_mapping(yaml.safe_load(node.parameter_file())["/**"]["ros__parameters"])
 
 
 @pytest.fixture
@@ -40,15 +35,17 @@ def nodes(scenario, tmp_path):
     return {node.name: node for node in plan.nodes(scenario, folder=tmp_path, paused=True)}
 
 
-def test_the_recorder_is_there_first_and_the_masters_last(nodes):
+def test_nodes_start_in_order_and_all_but_the_recorder_wait(nodes):
     masters = ["user1 master", "user2 master", "user3 master"]
     assert list(nodes) == ["recorder", "netem", "server", *masters]
     assert [node.ros_name for node in nodes.values()][2:4] == ["/server", "/user1/master"]
-
-
-def test_all_but_the_recorder_wait_for_the_start(nodes):
     waiting = {name for name, node in nodes.items() if node.parameters.get("start.paused")}
     assert waiting == nodes.keys() - {"recorder"}
+    words = nodes["user2 master"].command(Path("/x/user2.yaml"))
+    assert words[1:] == [
+        "-m", "pmwvc_master.node", "--ros-args", "-r", "__ns:=/user2", "--params-file",
+        "/x/user2.yaml",
+    ]  # fmt: skip
 
 
 def test_every_node_gets_what_the_scenario_gives(scenario, nodes):
@@ -64,32 +61,38 @@ def test_every_node_gets_what_the_scenario_gives(scenario, nodes):
         assert built(f"{each.name}.link.down", LinkParams, netem) == each.link_down
 
 
-def test_topics_waited_for_are_those_recorded(scenario):
+def test_topics_waited_for_are_those_recorded_or_the_waves_where_there_is_no_recorder(scenario):
     users = [user.name for user in scenario.users]
     links = [f"{user}/{direction}" for user in users for direction in ("up", "down")]
     topics = session_topics(users, links=links)
     recorded = {t.source for t in topics if t.essential or t.name.endswith("/reception")}
     waves = {t.name for t in topics if t.name != t.source}
     assert plan.topic_ends(scenario) == dict.fromkeys(recorded | waves, (1, 1))
-
-
-def test_a_node_is_started_in_its_namespace_with_its_file(nodes):
-    words = nodes["user2 master"].command(Path("/x/user2.yaml"))
-    assert words[1:3] == ["-m", "pmwvc_master.node"]
-    assert words[3:] == [
-        "--ros-args", "-r", "__ns:=/user2", "--params-file", "/x/user2.yaml",
-    ]  # fmt: skip
-
-
-def test_start_does_not_wait_for_a_recorder_that_is_not_planned(scenario):
-    ends = plan.topic_ends(scenario, recorded=False)
-    assert set(ends) == set(plan.topic_ends(scenario))
-    waves = {topic for topic in ends if topic.endswith(("/wave_up", "/wave_down"))}
-    assert {ends[topic] for topic in waves} == {(1, 1)}
-    assert {ends[topic] for topic in ends.keys() - waves} == {(1, 0)}
+    for topic, ends in plan.topic_ends(scenario, recorded=False).items():
+        assert ends == (1, int(topic.endswith(("/wave_up", "/wave_down"))))
 
 
 def test_a_live_session_refuses_changes_at_given_times(tmp_path):
     scenario = scenarios.load("wall", settings_texts=["changes=1 server.contact_stiffness=9"])
     with pytest.raises(ScenarioError, match="must be empty in a live session"):
         plan.nodes(scenario, folder=tmp_path, paused=False)
+
+
+TIMES = ("user1.safety.timeout_s=0.05", "user2.safety.timeout_s=0.2", "user2.safety.release_s=7")
+
+
+def test_receivers_in_virtual_time_expect_what_live_ones_expect(tmp_path):
+    settings = (*TIMES, "user2.master.impedance=40", "user1.server.impedance=10")
+    scenario = scenarios.load("carry_16ms", settings_texts=settings)
+    nodes = {node.kind: node for node in plan.nodes(scenario, folder=tmp_path, paused=False)}
+    live = nodes["server"].parameters
+    batch = SteppedSession(scenario)
+    assert live["safety.timeout_s"] == 0.2
+    assert batch.server.p.release_s == live["safety.release_s"] == 7.0
+    for simulated, user in zip(batch.users, scenario.users, strict=True):
+        up, down = simulated.up.receiver, simulated.down.receiver
+        assert up._silence_ns == round(live["safety.timeout_s"] * 1e9)  # alike for all users
+        assert down._silence_ns == round(user.safety.timeout_s * 1e9)
+        # Each port takes the longest wave of its own impedance.
+        assert up.max_wave == largest_wave(user.server_impedance, waves=True)
+        assert down.max_wave == largest_wave(user.impedance, waves=True)

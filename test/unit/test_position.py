@@ -157,21 +157,6 @@ def test_the_wave_on_its_way_is_no_error_of_the_integrals():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_gain_and_impedance_change_without_a_restart_of_filter_and_hold(kind):
-    steady, changed = Rig(params(kind)), Rig(params(kind))
-    for rig in (steady, changed):
-        for v in (0.2, 0.3, 0.4):
-            rig.frame(0.0, 0.0, v=v)
-    changed.port.configure(params(kind, gain=40.0, b=30.0))
-    assert changed.port.send() == steady.port.send()
-    for rig in (steady, changed):
-        rig.port.step(0.0, 0.0)
-    assert [rig.port.s.hold.value for rig in (steady, changed)] == [(0.4,)] * 2
-    accounts = [rig.port.energies["position_spent"] for rig in (steady, changed)]
-    assert accounts[0] == pytest.approx(accounts[1], abs=1e-3)
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_feedback_can_be_switched_on_while_running(kind):
     rig = Rig(params(kind, gain=0.0))
     for _ in range(3):

@@ -63,10 +63,6 @@ def test_a_signal_asks_the_work_to_stop_and_is_a_good_end(number):
     assert signal.getsignal(number) == before
 
 
-def test_work_that_is_over_is_a_good_end():
-    assert run(Work()) == 0
-
-
 def test_an_unusable_setting_is_reported_in_one_line(capfd):
     work = Work(fail(DeviceError("no device\nplug one in")))
     assert run(work) == 2
@@ -142,8 +138,3 @@ def test_words_in_front_of_the_ros_arguments_are_refused(words, capfd):
     message = capfd.readouterr().err
     assert message.startswith(f"tried: {' '.join(words)}: not understood; ")
     assert "--ros-args -p name:=value" in message
-
-
-def test_an_empty_list_is_refused(capfd):
-    assert run(Work(), "-p", "users:=[]") == 2
-    assert "empty list" in capfd.readouterr().err

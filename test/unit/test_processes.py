@@ -49,68 +49,41 @@ def is_alive(pid: int) -> bool:
     return state not in "ZX"
 
 
-def test_a_child_that_obeys_ends_by_the_first_signal(children, tmp_path):
-    started(children, "one", OBEYS, tmp_path)
-    (ended,) = children.stop(["one"])
-    assert (ended.name, ended.code) == ("one", -signal.SIGINT)
-    assert children.running() == []
-
-
-def test_a_child_obeys_where_the_runner_was_started_in_the_background(children, tmp_path):
-    """A shell that is not interactive lets a background command ignore SIGINT, and its children
-    would inherit that.
-    """
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+@pytest.mark.parametrize("ignored", [False, True])
+def test_a_child_that_obeys_ends_by_the_first_signal(children, tmp_path, ignored):
+    """A shell lets a background command ignore SIGINT; its children must not inherit that."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.SIG_DFL)
     try:
-        started(children, "one", OBEYS, tmp_path)
+        child = started(children, "one", OBEYS, tmp_path)
+        assert child.log_tail() == "ready"
+        child.process.send_signal(signal.SIGSTOP)  # it is woken to obey
         (ended,) = children.stop(["one"])
         assert (ended.name, ended.code) == ("one", -signal.SIGINT)
+        assert children.running() == []
     finally:
         signal.signal(signal.SIGINT, before)
 
 
-def test_a_child_that_refuses_is_killed(children, tmp_path, monkeypatch):
+@pytest.mark.parametrize("hurried", [False, True])
+def test_a_child_that_refuses_is_killed(children, tmp_path, monkeypatch, hurried):
     short = ((signal.SIGINT, 0.05), (signal.SIGTERM, 0.05), (signal.SIGKILL, 5.0))
-    monkeypatch.setattr("pmwvc_bringup.session.processes.STOP_SIGNALS", short)
+    if not hurried:
+        monkeypatch.setattr("pmwvc_bringup.session.processes.STOP_SIGNALS", short)
     started(children, "stubborn", REFUSES, tmp_path)
-    (ending,) = children.stop(["stubborn"])
+    (ending,) = children.stop(["stubborn"], hurried=lambda: hurried)
     assert ending.signal == "SIGKILL"
 
 
-def test_hurry_cuts_the_patience_short(children, tmp_path):
-    started(children, "stubborn", REFUSES, tmp_path)
-    (ending,) = children.stop(["stubborn"], hurried=lambda: True)
-    assert ending.signal == "SIGKILL"
-
-
-def test_a_stopped_child_is_woken_to_obey(children, tmp_path):
-    child = started(children, "asleep", OBEYS, tmp_path)
-    child.process.send_signal(signal.SIGSTOP)
-    (ended,) = children.stop(["asleep"])
-    assert (ended.name, ended.code) == ("asleep", -signal.SIGINT)
-
-
-def test_an_ending_is_reported_once_with_its_signal(children, tmp_path):
-    child = started(children, "one", OBEYS, tmp_path)
-    child.process.kill()
-    child.process.wait()
-    (ending,) = children.endings()
-    assert str(ending) == "one was ended by SIGKILL"
-    assert children.endings() == []
-    assert children.stop(["one"]) == []
-
-
-def test_an_exit_code_is_reported(children, tmp_path):
-    child = children.start(
-        "one", [sys.executable, "-c", "raise SystemExit(3)"], env=os.environ, log=tmp_path / "log"
-    )
-    child.process.wait()
-    assert [str(ending) for ending in children.endings()] == ["one exited with 3"]
-
-
-def test_what_a_child_states_is_in_its_log(children, tmp_path):
-    child = started(children, "one", OBEYS, tmp_path)
-    assert child.log_tail() == "ready"
+def test_an_ending_is_reported_once_with_signal_or_code(children, tmp_path):
+    killed = started(children, "one", OBEYS, tmp_path)
+    killed.process.kill()
+    command = [sys.executable, "-c", "raise SystemExit(3)"]
+    exited = children.start("two", command, env=os.environ, log=tmp_path / "log")
+    for child in (killed, exited):
+        child.process.wait()
+    ended = [str(ending) for ending in children.endings()]
+    assert ended == ["one was ended by SIGKILL", "two exited with 3"]
+    assert children.endings() == children.stop(["one", "two"]) == []
 
 
 def test_children_end_when_their_parent_is_killed(tmp_path):

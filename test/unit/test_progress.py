@@ -1,18 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that lasts is named on stderr; work that does not is not."""
+"""What a terminal and a log show of work that lasts, and of a session that runs."""
 
 import io
 import json
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
 
 from pmwvc_bringup import output
 from pmwvc_bringup.output import doing
+from pmwvc_bringup.session.terminal import UserStatus, status_line, status_table
+
+TIMES = {"elapsed_s": 2.0, "duration_s": 10.0}
+COUPLED = UserStatus("user1", 1000.4, 125.0, 0.0161, force_n=-1.5, state=1, contact=True)
 
 
 @pytest.fixture(autouse=True)
@@ -38,27 +43,19 @@ class Stream(io.StringIO):
             assert self.news.wait_for(lambda: text in self.getvalue(), 30.0), self.getvalue()
 
 
-def test_each_part_that_lasts_is_one_plain_line_where_there_is_no_terminal():
+def test_parts_that_last_are_lines_where_there_is_no_terminal_and_ratios_again_later(monkeypatch):
     stream = Stream()
     with doing("reading", Console(file=stream)) as work:
         stream.await_text("reading\n")
+        work(0.3)
         work.part("drawing")
         stream.await_text("drawing\n")
-    assert stream.getvalue() == "reading\ndrawing\n"
-
-
-def test_a_ratio_is_repeated_after_a_while_and_not_at_once(monkeypatch):
-    stream = Stream()
-    with doing("simulating", Console(file=stream)) as work:
-        stream.await_text("simulating\n")
-        for ratio in (0.1, 0.2, 0.3):
-            work(ratio)
-        assert stream.getvalue() == "simulating\n"
+        assert stream.getvalue() == "reading\ndrawing\n"
         monkeypatch.setattr(output, "LINE_S", 0.0)
         work.part("writing")
         stream.await_text("writing\n")
         work(0.5)
-    assert stream.getvalue() == "simulating\nwriting\nwriting: 50 %\n"
+        stream.await_text("writing: 50 %\n")
 
 
 def test_work_that_does_not_last_is_not_mentioned(monkeypatch):
@@ -89,3 +86,17 @@ def test_a_document_holds_nothing_of_it(tmp_path):
     for part in ("simulating", "drawing the figures"):
         assert any(line.startswith(part) for line in result.stderr.splitlines())
     assert "\x1b" not in result.stderr
+
+
+def test_a_line_and_a_table_show_all_of_every_user():
+    seen, ended = replace(COUPLED, up_s=0.0172, down_s=0.0168), ["netem was ended by SIGKILL"]
+    text = status_line([COUPLED, UserStatus("user2"), seen], ended, **TIMES)
+    own = "1000 Hz 125/s {} -1.50 N coupled, contact"
+    assert text == (
+        f"   2.0 / 10 s | user1 {own.format('16.1 ms')} | user2 - - - - no data"
+        f" | user1 {own.format('17.2/16.8 ms')} | netem was ended by SIGKILL"
+    )
+    console = Console(file=io.StringIO(), width=120)
+    console.print(status_table([COUPLED], ended, **TIMES))
+    for part in ("user1", "1000 Hz", "125/s", "16.1 ms", "-1.50 N", "SIGKILL"):
+        assert part in console.file.getvalue()

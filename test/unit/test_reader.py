@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Session folders being read."""
+"""Session folders being read: other tools', damaged ones, with gaps, whose clocks differ."""
 
-import dataclasses
 import json
 
 import numpy as np
@@ -15,66 +14,44 @@ from rosbags.typesys import Stores, get_typestore
 from support import handmade
 from support.handmade import START_NS, TICKS
 from support.plain import load
-from support.rewriting import raw, rewritten
+from support.rewriting import raw, rewritten, unequal, written
 from support.simulated import simulated
 
+from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.events.events import complete
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.endings import shortened
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.errors import RecordingError, ScenarioError
+from pmwvc_core.runtime.messages import nanoseconds
+
+SCENARIO = handmade.scenario(duration_s=1.0)
+HOUR_NS = 3_600_000_000_000
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A recording of one second."""
     place = tmp_path_factory.mktemp("session")
-    traces = handmade.session(duration_s=1.0)
-    record_traces(place, traces, handmade.scenario(duration_s=1.0), start_ns=START_NS)
+    record_traces(place, handmade.session(duration_s=1.0), SCENARIO, start_ns=START_NS)
     return place
 
 
-def same(left, right, what=""):
-    """Compare traces field by field."""
-    if dataclasses.is_dataclass(left):
-        for field in dataclasses.fields(left):
-            same(getattr(left, field.name), getattr(right, field.name), f"{what}.{field.name}")
-    elif isinstance(left, dict):
-        assert left.keys() == right.keys(), what
-        for key in left:
-            same(left[key], right[key], f"{what}[{key}]")
-    elif isinstance(left, list):
-        assert len(left) == len(right), what
-        for place, (a, b) in enumerate(zip(left, right, strict=True)):
-            same(a, b, f"{what}[{place}]")
-    elif isinstance(left, np.ndarray):
-        tolerance = 2e-9 if what.endswith("time_s") else 1e-15
-        np.testing.assert_allclose(left, right, atol=tolerance, rtol=0, err_msg=what)
-        assert left.dtype == right.dtype, what
-    elif isinstance(left, float):
-        assert left == pytest.approx(right, abs=1e-9), what
-    else:
-        assert left == right, what
+def without(*gone):
+    """Leave out messages: of a topic, with some numbers, of a link."""
 
+    def change(topic, message):
+        for name, numbers, link in gone:
+            of_link = topic == name and (link is None or message.link == link)
+            if of_link and (message.first if link else message.seq) in numbers:
+                return None
+        return message
 
-@pytest.mark.parametrize("dof", [1, 3])
-def test_what_was_recorded_comes_back(tmp_path, dof):
-    traces = handmade.session(duration_s=0.8, dof=dof)
-    record_traces(tmp_path, traces, handmade.scenario(duration_s=0.8, dof=dof), start_ns=START_NS)
-    found = read_session(tmp_path)
-    assert found.source == "simulated"
-    assert found.events == []
-    same(traces.users, found.users, "users")
-    same(traces.server, found.server, "server")
-    same(traces.packets, found.packets, "packets")
-    same(traces.fates, found.fates, "fates")
-    assert set(found.link_states) == set(traces.fates)
-    assert found.duration_s == pytest.approx(traces.duration_s)
-    assert all(count["missing"] == 0 for count in found.counts.values())
+    return change
 
 
 def test_a_state_of_a_link_has_the_delays_of_the_last_second(tmp_path):
@@ -83,69 +60,55 @@ def test_a_state_of_a_link_has_the_delays_of_the_last_second(tmp_path):
     record_traces(tmp_path, traces, scenario, start_ns=START_NS)
     found, fates = read_session(tmp_path).link_states["user1/up"], traces.fates["user1/up"]
     delays_s = 1e-9 * (fates.time_out_ns - fates.time_in_ns)
-    for second, (least_s, most_s) in enumerate(
-        zip(found["delay_min"], found["delay_max"], strict=True)
-    ):
+    states = zip(found["delay_min"], found["delay_max"], strict=True)
+    for second, delays in enumerate(states):
         out = (fates.time_out_ns >= second * 1e9) & (fates.time_out_ns < (second + 1) * 1e9)
-        assert (least_s, most_s) == pytest.approx((delays_s[out].min(), delays_s[out].max()))
+        assert delays == pytest.approx((delays_s[out].min(), delays_s[out].max()))
     assert found["delay_max"][0] < 0.04 < found["delay_min"][2]
 
 
-def test_a_damaged_scenario_is_refused_with_its_path_and_place(tmp_path):
+def test_the_scenario_comes_back_one_from_before_there_were_channels_as_plain(folder, tmp_path):
+    assert read_scenario(tmp_path) is None
+    assert read_scenario(folder) == SCENARIO
+    known = yaml.safe_load((folder / "scenario.yaml").read_text("utf-8"))
+    del known["channel"]
+    for more, channel in (({}, "plain"), ({"channel": "strict"}, "strict")):
+        (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(known | more), "utf-8")
+        assert read_scenario(tmp_path).channel == channel
     (tmp_path / "scenario.yaml").write_text("users: [\n")
     with pytest.raises(ScenarioError, match=r"scenario\.yaml: is not YAML in line 2, column 1"):
         read_scenario(tmp_path)
 
 
-def test_the_scenario_comes_back(folder, tmp_path):
-    assert read_scenario(folder) == handmade.scenario(duration_s=1.0)
-    assert read_scenario(tmp_path) is None
-
-
-def test_a_recording_from_before_there_were_channels_is_one_of_the_plain_channel(folder, tmp_path):
-    known = yaml.safe_load((folder / "scenario.yaml").read_text("utf-8"))
-    del known["channel"]
-    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(known), "utf-8")
-    assert read_scenario(tmp_path).channel == "plain"
-    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(known | {"channel": "strict"}), "utf-8")
-    assert read_scenario(tmp_path).channel == "strict"
-
-
-@pytest.mark.parametrize("plugin", list(StoragePlugin))
-def test_a_folder_that_another_tool_recorded_is_read(folder, tmp_path, plugin):
-    store, place = schemas.typestore(), tmp_path / "bag"
-    with Ros2Writer(place, version=9, storage_plugin=plugin) as writer:
-        topics = {}
-        for message in raw(folder):
-            if message.topic not in topics:
-                topics[message.topic] = writer.add_connection(
-                    message.topic, message.type_name, typestore=store
-                )
-            writer.write(topics[message.topic], message.log_ns, message.data)
+def test_a_folder_that_another_tool_recorded_is_read(folder, tmp_path):
+    store, place, topics = schemas.typestore(), tmp_path / "bag", {}
+    with Ros2Writer(place, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for topic, kind, log_ns, _, data in raw(folder):
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(topics[topic], log_ns, data)
     ours, theirs = read_session(folder), read_session(place)
-    same(ours.users, theirs.users, "users")
-    same(ours.server, theirs.server, "server")
-    same(ours.packets, theirs.packets, "packets")
+    for name in ("users", "server", "packets", "fates"):
+        assert list(unequal(getattr(ours, name), getattr(theirs, name))) == []
     assert theirs.source == "live"
 
 
 def test_a_file_without_its_end_is_read_as_far_as_it_is_whole(folder, tmp_path):
+    data = (folder / "session.mcap").read_bytes()
     with (folder / "session.mcap").open("rb") as stream:
         last = make_reader(stream).get_summary().chunk_indexes[-1]
-        stream.seek(0)
-        data = stream.read(last.chunk_start_offset + last.chunk_length // 2)
-    (tmp_path / "session.mcap").write_bytes(data)
-    found = read_session(tmp_path)
+    (tmp_path / "session.mcap").write_bytes(
+        data[: last.chunk_start_offset + last.chunk_length // 2]
+    )
+    found, expected = read_session(tmp_path), handmade.scenario(duration_s=30.0)
+    assert found.source == "simulated" and 0 < len(found.users[0].tick) < 1000
     (event,) = [event for event in found.events if event["who"] == "recorder"]
     assert "ends early" in event["what"]
     found.source = "live"  # of which the scenario's length is expected
-    on_record = shortened(found, handmade.scenario(duration_s=30.0))
+    on_record = shortened(found, expected)
     assert on_record == f"{event['what']}: {found.duration_s:.1f} of 30 s are on record"
     found.events.clear()
-    assert shortened(found, handmade.scenario(duration_s=30.0)).startswith("the session ended")
-    found.source = "simulated"
-    assert 0 < len(found.users[0].tick) < 1000
-    assert found.source == "simulated"
+    assert shortened(found, expected).startswith("the session ended")
 
 
 @pytest.mark.parametrize("left_out", ["/server/trace", "/user1/trace", "/netem/fates"])
@@ -168,36 +131,42 @@ def test_a_hand_that_is_not_known_is_not_a_number(folder, tmp_path):
     assert np.isfinite(found.users[1].f_h).all()
 
 
+def test_ticks_missed_and_interventions_of_the_limits_come_back(tmp_path):
+    traces = handmade.session(duration_s=0.1)
+    traces.users[1].missed, traces.users[1].safety_events = 7, 3
+    record_traces(tmp_path, traces, handmade.scenario(duration_s=0.1))
+    user = read_session(tmp_path).users[1]
+    assert (user.missed, user.safety_events) == (7, 3)
+
+
 def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
-    half = 100  # blocks, while the force rises
+    half, before = 100, {}  # blocks, while the force rises
 
     def restarted(topic, message):
         if topic == "/user1/trace" and message.seq > half:
             message.epoch, message.seq = message.epoch + 1, message.seq - half
             message.first_tick -= half * TICKS
-            message.energy_u_m -= restarted.before
+            message.energy_u_m -= before["energy_u_m"]
         elif topic == "/user1/trace":
-            restarted.before = message.energy_u_m
+            before["energy_u_m"] = message.energy_u_m
         elif topic.endswith("/user1/wave_up") and message.seq > half:
             message.epoch += 1
         return message
 
-    before, after = (
-        read_session(place)
-        for place in (folder, rewritten(raw(folder), tmp_path / "b", restarted))
+    whole, after = (
+        read_session(folder),
+        read_session(rewritten(raw(folder), tmp_path / "b", restarted)),
     )
-    same(before.users[0].energy["u_m"], after.users[0].energy["u_m"], "u_m")
+    energies = (found.users[0].energy["u_m"] for found in (whole, after))
+    np.testing.assert_allclose(*energies, rtol=0.0, atol=1e-15)
     again = [event for event in complete(after, None) if event["kind"] == "restart"]
     assert [(event["who"], event["time_s"]) for event in again] == [("user1 master", 0.8)]
-    assert not [event for event in complete(before, None) if event["kind"] == "restart"]
+    assert not [event for event in complete(whole, None) if event["kind"] == "restart"]
 
 
 def test_blocks_that_are_missing_are_holes_and_no_fault_of_the_master(folder, tmp_path):
-    def holed(topic, message):
-        gone = topic == "/user1/trace" and 30 < message.seq <= 40
-        return None if gone else message
-
-    found = read_session(rewritten(raw(folder), tmp_path / "b", holed))
+    change = without(("/user1/trace", range(31, 41), None))
+    found = read_session(rewritten(raw(folder), tmp_path / "b", change))
     (hole,) = holes(found)
     assert (hole.owner, hole.missing) == ("user1", 10)
     assert (hole.start_s, hole.end_s) == pytest.approx((0.24, 0.32))
@@ -206,122 +175,159 @@ def test_blocks_that_are_missing_are_holes_and_no_fault_of_the_master(folder, tm
     assert found.counts["/user1/trace"]["missing"] == 10
 
 
+def shifted(messages, rows, by_ns):
+    """Record some of user1's blocks at another time [ns]."""
+    changed, count = [], 0
+    for each in messages:
+        count += each.topic == "/user1/trace"
+        inside = each.topic == "/user1/trace" and count in rows
+        changed.append(each._replace(log_ns=each.log_ns + by_ns) if inside else each)
+    return changed
+
+
 def test_a_master_that_stood_still_is_no_other_publisher(folder, tmp_path):
     """The block under way is recorded two seconds late; all later ones begin as much later."""
-    block, still_ns = 60, 2_000_000_000
 
     def stood_still(topic, message):
-        if topic == "/user1/trace" and message.seq > block:
-            message.start_ns += still_ns
+        if topic == "/user1/trace" and message.seq > 60:
+            message.start_ns += 2 * 10**9
             message.stamp.sec += 2
         return message
 
-    changed, count = [], 0
-    for each in raw(folder):
-        count += each.topic == "/user1/trace"
-        late = each.topic == "/user1/trace" and count >= block
-        changed.append(each._replace(log_ns=each.log_ns + still_ns) if late else each)
-    found = read_session(rewritten(changed, tmp_path / "b", stood_still))
+    late = shifted(raw(folder), range(60, 1000), 2 * 10**9)
+    found = read_session(rewritten(late, tmp_path / "b", stood_still))
     assert not [each for each in found.events if each.get("kind") == "stranger"]
     assert not holes(found)
     stalls = [e["what"] for e in complete(found, None) if e["kind"] == "stall"]
     assert stalls == ["no ticks for 2.000 s: the loop did not run"]
-
-
-def test_a_block_recorded_before_it_ran_is_left_out(folder, tmp_path):
-    """The control: in number and clock between its neighbours, recorded two seconds early."""
-    changed, count = [], 0
-    for each in raw(folder):
-        count += each.topic == "/user1/trace"
-        early = each.topic == "/user1/trace" and count == 60
-        changed.append(each._replace(log_ns=each.log_ns - 2_000_000_000) if early else each)
-    found = read_session(rewritten(changed, tmp_path / "b"))
-    (event,) = [each for each in found.events if each.get("kind") == "stranger"]
+    # the control: in number and clock between its neighbours, recorded two seconds early
+    early = shifted(raw(folder), [60], -2 * 10**9)
+    (event,) = read_session(rewritten(early, tmp_path / "c")).events
     assert event["what"] == "1 message on /user1/trace out of sequence, left out"
 
 
-def test_a_wave_that_was_not_recorded_is_missing(folder, tmp_path):
-    def without(topic, message):
-        return None if topic == "/user1/wave_up" and message.seq in (5, 6) else message
+def test_what_was_not_recorded_is_missing_but_not_what_a_link_lost(folder, tmp_path):
+    change = without(
+        ("/user1/wave_up", (5, 6), None),
+        ("/server/user1/wave_up", (10, 20), None),
+        ("/netem/fates", (1,), "user1/down"),
+    )
 
-    counts = read_session(rewritten(raw(folder), tmp_path / "b", without)).counts
-    assert counts["/user1/wave_up"] == {"messages": 123, "missing": 2}
-
-
-def test_what_a_link_lost_is_not_missing_but_what_it_delivered_is(folder, tmp_path):
     def lossy(topic, message):
         if topic == "/netem/fates" and message.link == "user1/up" and message.first == 1:
             message.fate, message.time_out_ns = message.fate.copy(), message.time_out_ns.copy()
             message.fate[9], message.time_out_ns[9] = 1, 0  # packet 10 lost by the link
-        gone = topic == "/server/user1/wave_up" and message.seq in (10, 20)
-        return None if gone else message
+        return change(topic, message)
 
     counts = read_session(rewritten(raw(folder), tmp_path / "b", lossy)).counts
+    assert counts["/user1/wave_up"] == {"messages": 123, "missing": 2}
     assert counts["/server/user1/wave_up"]["missing"] == 1
+    assert counts["/netem/fates"]["missing"] > 0
+    assert "not_relayed" not in counts["/server/user1/wave_down"]
 
 
-def test_fates_that_were_not_recorded_are_not_taken_for_packets_that_never_came(folder, tmp_path):
-    def without(topic, message):
-        gone = topic == "/netem/fates" and message.link == "user1/up" and message.first == 1
-        return None if gone else message
-
-    found = read_session(rewritten(raw(folder), tmp_path / "b", without))
-    assert found.counts["/netem/fates"]["missing"] > 0
-    assert "not_relayed" not in found.counts["/user1/wave_up"]
-
-
-def test_a_message_that_is_none_is_passed_over_and_reported(folder, tmp_path):
-    with SessionWriter(tmp_path / "b") as writer:
-        for message in raw(folder):
-            writer.add_topic(Topic(message.topic, message.type_name, True, 10))
-            writer.write(message.topic, message.data, log_ns=message.log_ns)
-        writer.write("/user1/wave_up", b"\0\1\0\0garbage", log_ns=START_NS + 10**9)
+def test_a_message_that_is_none_is_passed_over_and_what_the_runner_noted_is_in_time(
+    folder, tmp_path
+):
+    found = raw(folder)
+    none = found[-1]._replace(topic="/user1/wave_up", data=b"\0\1\0\0garbage")
+    written([*found, none], tmp_path / "b")
+    noted = [{"time_ns": START_NS + 250_000_000, "who": "server", "what": "killed"}]
+    (tmp_path / "b" / "events.json").write_text(json.dumps(noted))
     found = read_session(tmp_path / "b")
     assert len(found.packets["/user1/wave_up"].seq) == 125
-    assert any("cannot be decoded" in event["what"] for event in found.events)
+    undecoded, killed = found.events
+    assert "cannot be decoded" in undecoded["what"]
+    assert (killed["who"], killed["time_s"]) == ("server", pytest.approx(0.25))
 
 
-def test_what_the_runner_noted_is_on_the_time_line_of_the_session(folder, tmp_path):
-    place = rewritten(raw(folder), tmp_path / "b")
-    noted = [{"time_ns": START_NS + 250_000_000, "who": "server", "what": "killed"}]
-    (place / "events.json").write_text(json.dumps(noted))
-    (event,) = read_session(place).events
-    assert event["time_s"] == pytest.approx(0.25)
-    assert event["who"] == "server"
-
-
-def test_a_file_that_is_no_mcap_is_refused(tmp_path):
-    file = tmp_path / "notes.txt"
-    file.write_text("no recording")
-    with pytest.raises(RecordingError, match=r"notes\.txt is not an MCAP file.*name a session"):
-        read_session(file)
-    (tmp_path / "session.mcap").write_bytes(b"")
-    with pytest.raises(RecordingError, match=r"session\.mcap is empty; name a session folder"):
-        read_session(tmp_path)
-
-
-def test_an_empty_folder_is_answered_with_what_to_name_instead(tmp_path):
-    with pytest.raises(RecordingError, match=r"holds no recording.*name a session folder"):
-        read_session(tmp_path)
-
-
-def test_a_recording_of_something_else_is_answered_with_its_topics(tmp_path):
-    store = get_typestore(Stores.ROS2_JAZZY)
-    kind = "std_msgs/msg/String"
-    with Ros2Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+def chat(place):
+    store, kind = get_typestore(Stores.ROS2_JAZZY), "std_msgs/msg/String"
+    with Ros2Writer(place, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         connection = writer.add_connection("/chat", kind, typestore=store)
-        data = store.serialize_cdr(store.types[kind](data="x"), kind)
-        writer.write(connection, 10**18, data)
-    with pytest.raises(RecordingError, match=r"it has /chat; a session has /server/trace"):
-        read_session(tmp_path / "bag")
+        writer.write(connection, 10**18, store.serialize_cdr(store.types[kind](data="x"), kind))
 
 
-@pytest.mark.parametrize("what", ["nothing", "no messages", "no such folder"])
-def test_what_holds_no_session_is_refused_in_words(tmp_path, what):
-    place = tmp_path / "a"
-    if what != "no such folder":
-        place.mkdir()
-    if what == "no messages":
-        SessionWriter(place).close()
-    with pytest.raises(RecordingError, match=str(place)):
-        read_session(place)
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda place: None, "does not exist"),
+        (lambda place: place.write_text("no recording"), "is not an MCAP file.*name a session"),
+        (lambda place: place.write_text(""), "is empty; name a session folder"),
+        (lambda place: place.mkdir(), "holds no recording.*name a session folder"),
+        (lambda place: SessionWriter(place).close(), "holds no message of a session"),
+        (chat, "it has /chat; a session has /server/trace"),
+    ],
+)
+def test_what_holds_no_session_is_refused_in_words(tmp_path, make, words):
+    make(tmp_path / "a")
+    with pytest.raises(RecordingError, match=f"{tmp_path / 'a'}.*{words}"):
+        read_session(tmp_path / "a")
+
+
+@pytest.mark.parametrize(("seconds", "blocks"), [(3600, range(101, 126)), (-3600, range(5, 9))])
+def test_a_clock_that_is_set_does_not_bend_the_time_line(folder, tmp_path, seconds, blocks):
+    def stepped(topic, message):
+        if topic == "/user1/trace" and message.seq in blocks:
+            message.stamp.sec += seconds
+        return message
+
+    found = read_session(rewritten(raw(folder), tmp_path / "b", stepped))
+    np.testing.assert_allclose(found.users[0].time_s, np.arange(1000) * 0.001, atol=1e-6)
+    assert found.server.time_s[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def clocks(wall_ns=lambda seq: 0, host_ns=0, *, echoes=True):
+    """Change the clocks of user1's host: wall time per block, and time since its start."""
+
+    def change(topic, message):
+        up, down = topic.endswith("user1/wave_up"), topic.endswith("user1/wave_down")
+        if topic == "/user1/trace":
+            stamp_ns = nanoseconds(message.stamp) + wall_ns(message.seq)
+            message.stamp.sec, message.stamp.nanosec = divmod(stamp_ns, 10**9)
+            message.start_ns += host_ns
+        elif (up or down) and echoes:
+            if message.seq > 2:  # the newest that had come is two frames old, 16 ms
+                message.echo_seq = message.seq - 2
+                message.echo_sent_ns = message.sent_ns - 16_000_000 + (host_ns if down else 0)
+            message.sent_ns += host_ns if up else 0
+        return message
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        clocks(wall_ns=lambda seq: 10_000_000_000 * (seq % 2)),
+        clocks(wall_ns=lambda seq: 50_000_000, host_ns=HOUR_NS),
+        clocks(wall_ns=lambda seq: 24 * HOUR_NS * (seq % 3), host_ns=-HOUR_NS),
+    ],
+    ids=["strobing", "another host", "another host, strobing"],
+)
+def test_wall_clocks_that_differ_make_no_link_active(folder, tmp_path, change):
+    found = read_session(rewritten(raw(folder), tmp_path / "b", change))
+    for left, right in zip(read_session(folder).users, found.users, strict=True):
+        np.testing.assert_allclose(right.time_s, left.time_s, atol=1e-6)
+    assert passivity(found, SCENARIO, None).passive("user1") is True
+
+
+def test_without_echoes_only_a_wall_clock_aligns_and_that_is_reported(folder, tmp_path):
+    ahead = clocks(wall_ns=lambda seq: 50_000_000, echoes=False)
+    found = read_session(rewritten(raw(folder), tmp_path / "b", ahead))
+    assert found.metadata["alignment"]["user1"]["how"] == "wall clock"
+    np.testing.assert_allclose(found.users[0].time_s[0] - found.users[1].time_s[0], 0.05)
+
+
+def test_the_budget_says_once_where_a_server_that_started_twice_again_ends_it():
+    traces = handmade.session(duration_s=0.5)
+    steps = len(traces.server.step)
+    traces.server.step = np.arange(steps) % (steps // 3)
+    found = budget(traces, handmade.scenario(duration_s=0.5))
+    when_s = traces.server.time_s[steps // 3]
+    notes = [note for note in found.notes if "started" in note]
+    assert notes == [f"server: it was started again at {when_s:.2f} s; the budget ends there"]
+    found.hands["user1"][-1] += 0.25
+    named = {each["name"]: each["hand_j"] for each in found.summary()["users"]}
+    assert named == {name: sums[-1] for name, sums in found.hands.items()}
+    assert found.summary()["residual_j"] == found.residual_j[-1]

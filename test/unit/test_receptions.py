@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support import handmade
 from support.packer import Packer
 from support.plain import load
 
@@ -23,7 +22,6 @@ from pmwvc_analysis.verdicts.links import (
     counts_text,
     done_by,
     path_text,
-    reception_summaries,
 )
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.network.in_flight import Cause, FateKind
@@ -114,10 +112,6 @@ def test_a_session_counts_exactly_and_its_report_says_so(tmp_path):
         assert entry["text"] in words
 
 
-def test_an_older_recording_has_no_receptions_and_is_judged_as_before():
-    assert reception_summaries(handmade.session(), None) == []
-
-
 def test_a_receiver_that_was_started_again_is_not_compared():
     rows = [(seq, False) for seq in range(1, 50)]
     received = received_of(rows)
@@ -137,13 +131,6 @@ def test_a_receiver_that_was_started_again_is_not_compared():
 def test_the_path_says_what_is_known_and_what_is_not(changed, words):
     known = dict.fromkeys(PASSAGE, 0.015) | changed if changed else passage(None)
     assert words in path_text(known)
-
-
-def test_refused_packets_are_named_by_their_reason():
-    inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
-    inbox.push(refused(Receipt.FORGED), 0)
-    received = ReceptionTraces("user1/up", 1, counts(inbox), passage(None))
-    assert "refused: 1 without the user's token" in counts_text(received, None)
 
 
 def test_the_messages_of_two_starts_are_added_up():

@@ -41,21 +41,6 @@ def test_the_force_rises_from_zero_over_the_soft_start():
     assert (rig.state, rig.events) == (SafetyState.COUPLED, 0)
 
 
-def test_a_coupled_force_within_the_limits_passes_bit_for_bit():
-    rig = coupled()
-    for f in np.random.default_rng(2).uniform(-0.9, 0.9, 200):
-        assert rig(float(f), 0.1) == float(f)
-    assert rig.events == 0
-
-
-def test_a_large_force_is_shortened_and_keeps_its_direction():
-    rig = ForceLimits(max_force=3.0, axes=3)
-    wanted = np.array([30.0, -40.0, 0.0])
-    applied = rig(wanted, ticks=700)
-    np.testing.assert_allclose(applied, [1.8, -2.4, 0.0], rtol=1e-12)
-    assert rig.events == 1
-
-
 def test_a_change_of_force_is_spread_over_ticks():
     rig = coupled()
     forces = [rig(7.0) for _ in range(5)]
@@ -92,14 +77,6 @@ def test_a_runaway_is_switched_off_until_rearmed():
     assert (rig(1.5, ticks=500), rig.state) == (1.5, SafetyState.COUPLED)
 
 
-def test_rearming_while_still_too_fast_is_a_fault_again():
-    rig = coupled()
-    rig(1.0, 2.0)
-    rig.rearm()
-    rig(1.0, 2.0)
-    assert rig.state == SafetyState.FAULT
-
-
 def test_moving_fast_without_a_rendered_force_is_no_fault():
     rig = ForceLimits()
     rig(0.0, 3.0, coupled=False)
@@ -126,10 +103,7 @@ def test_silence_leaves_what_brakes_lets_go_what_pushes_and_later_all():
     rig(1.0, 0.1, silence_s=0.030)
     assert rig.state == SafetyState.COUPLED  # 30 ms, or three packets: not yet
     assert rig(2.5, 0.1, silence_s=0.031) == 2.5
-    assert (rig.state, rig.reason) == (
-        SafetyState.DAMPING,
-        "server silent: damping only",
-    )
+    assert (rig.state, rig.reason) == (SafetyState.DAMPING, "server silent: damping only")
     pushing = [rig(-1.0, 0.1, silence_s=0.05) for _ in range(25)]
     assert pushing[-1] == 0.0
     assert np.all(np.diff(pushing[3:]) >= 0.0)
@@ -137,10 +111,7 @@ def test_silence_leaves_what_brakes_lets_go_what_pushes_and_later_all():
     falling = [rig(2.5, 0.1, silence_s=1.1) for _ in range(600)]
     assert falling[249] == pytest.approx(1.25, rel=0.01)
     assert falling[-1] == 0.0
-    assert (rig.state, rig.reason) == (
-        SafetyState.DAMPING,
-        "server silent: damping released",
-    )
+    assert (rig.state, rig.reason) == (SafetyState.DAMPING, "server silent: damping released")
     assert rig.events == 1
 
 

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scenarios that come with the project, and how scenario files are found and read."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -54,26 +53,15 @@ def written(tmp_path):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_scenario_has_the_name_of_its_file_and_states_what_happens(name):
-    scenario = scenarios.load(name)
-    assert scenario.name == name
-    assert scenario.description.endswith(".")
-    takes_part = any(user.operator.from_outside for user in scenario.users)
-    longest_s = 600.0 if takes_part else 20.0
-    assert 2.0 <= scenario.duration_s <= longest_s
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_scenario_file_is_short_and_states_what_one_should_see(name):
-    text = scenarios.known()[name].read_text("utf-8")
+def test_a_scenario_is_short_states_what_happens_and_is_its_printed_form(name):
+    text, scenario = scenarios.known()[name].read_text("utf-8"), scenarios.load(name)
     assert "hat to see: " in text
     assert len(text.splitlines()) <= 45
     assert max(map(len, text.splitlines())) <= 110
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_the_printed_form_of_a_scenario_is_the_scenario(name):
-    scenario = scenarios.load(name)
+    assert scenario.name == name
+    assert scenario.description.endswith(".")
+    takes_part = any(user.operator.from_outside for user in scenario.users)
+    assert 2.0 <= scenario.duration_s <= (600.0 if takes_part else 20.0)
     assert parse_scenario(yaml.safe_load(scenarios.to_yaml(scenario))) == scenario
 
 
@@ -92,27 +80,21 @@ def test_thesis_scenarios_have_the_numbers_of_the_thesis():
             assert user.link_up.delay_s == user.link_down.delay_s == delay_ms / 1000
 
 
-def test_scenarios_of_one_task_differ_only_in_what_their_names_give():
-    calm, direct = scenarios.load("carry_16ms").flat(), scenarios.load("direct_16ms").flat()
-    different = {name for name in calm if calm[name] != direct[name]}
-    assert different == {"name", "description", "controller"}
-    calm, stiff = scenarios.load("carry_24ms").flat(), scenarios.load("stiff_24ms").flat()
-    different = {name for name in calm if calm[name] != stiff[name]}
-    assert different == {"name", "description", "server.contact_stiffness"}
+@pytest.mark.parametrize(
+    ("name", "other", "expected"),
+    [
+        ("carry_16ms", "direct_16ms", {"controller"}),
+        ("carry_24ms", "stiff_24ms", {"server.contact_stiffness"}),
+    ],
+)
+def test_scenarios_of_one_task_differ_only_in_what_their_names_give(name, other, expected):
+    one, two = scenarios.load(name).flat(), scenarios.load(other).flat()
+    assert {key for key in one if one[key] != two[key]} == {"name", "description", *expected}
 
 
 def test_the_recording_is_what_its_formula_gives():
     path = scenarios.known()["playback"].with_name("hand_motion.csv")
     assert path.read_text("utf-8") == hand_motion()
-
-
-def test_a_wrong_name_gets_the_nearest_right_one():
-    assert "did you mean carry_16ms?" in refused("cary_16ms")[0]
-
-
-def test_a_file_that_is_not_there_is_reported(tmp_path):
-    assert refused(tmp_path / "nothing.yaml") == ["there is no such file"]
-    assert refused(tmp_path / "nothing") == ["there is no such session folder or scenario file"]
 
 
 def test_options_win_over_the_file(written):
@@ -134,38 +116,24 @@ def links_of(*settings):
     ]
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", ["lan", "lte", "geo"])
 def test_a_network_by_name_has_every_setting_of_its_preset(name):
     preset = PRESETS[name]
     assert links_of(f"link.preset={name}") == [(preset.up, preset.down)] * 2
 
 
-def test_a_network_by_name_holds_for_one_user_or_one_direction():
+def test_a_network_by_name_holds_where_it_is_set_and_settings_beside_it_win(written):
     lte, geo = PRESETS["lte"], PRESETS["geo"]
-    assert links_of("link.preset=lte", "user2.link.down.preset=geo") == [
-        (lte.up, lte.down),
-        (lte.up, geo.down),
-    ]
-
-
-def test_settings_beside_a_network_by_name_win_in_any_order(written):
-    wanted = replace(PRESETS["lte"].up, loss=0.2)
+    two = links_of("link.preset=lte", "user2.link.down.preset=geo")
+    assert two == [(lte.up, lte.down), (lte.up, geo.down)]
+    wanted = replace(lte.up, loss=0.2)
     assert links_of("link.loss=0.2", "link.preset=lte")[0][0] == wanted
     assert links_of("link.preset=lte", "link.loss=0.2")[0][0] == wanted
-    path = written(MINIMAL + "link: {loss: 0.2, preset: lte}\n")
-    assert scenarios.load(str(path)).users[1].link_up == wanted
-
-
-def test_a_network_of_the_command_line_replaces_the_links_of_the_file(written):
-    path = written(MINIMAL + "link: {delay_s: 0.5, duplicate: 0.5}\n")
+    path = written(MINIMAL + "link: {loss: 0.2, preset: lte, delay_s: 0.5}\n")
+    user = scenarios.load(str(path)).users[1]
+    assert user.link_up == replace(wanted, delay_s=0.5)
     user = scenarios.load(str(path), settings_texts=["link.preset=lan"]).users[0]
-    assert user.link_up == PRESETS["lan"].up
-
-
-def test_an_unknown_network_gets_the_nearest_known_one():
-    (problem,) = refused("carry_0ms", settings_texts=["link.preset=transatlantik"])
-    assert "must be one of ideal, lan" in problem
-    assert "did you mean transatlantic?" in problem
+    assert user.link_up == PRESETS["lan"].up  # the command line replaces the file's
 
 
 def test_mistakes_of_file_and_options_are_reported_together(written):
@@ -185,6 +153,7 @@ def test_mistakes_of_file_and_options_are_reported_together(written):
         (MINIMAL + "users: 3\n", "users is given twice"),
         (MINIMAL + "link: {delay_s: 1, delay_s: 2}\n", "is not YAML in line 5"),
         ("a: !!python/object/apply:os.system ['true']\n", "is not YAML"),
+        (MINIMAL + "link: {preset: transatlantik}\n", "did you mean transatlantic?"),
     ],
 )
 def test_a_file_that_is_no_scenario_is_refused_with_its_place(written, text, message):
@@ -192,10 +161,12 @@ def test_a_file_that_is_no_scenario_is_refused_with_its_place(written, text, mes
     assert message in problem
 
 
-def test_an_unreadable_file_is_refused(tmp_path):
+def test_what_is_not_there_or_cannot_be_read_is_refused(tmp_path):
     path = tmp_path / "bytes.yaml"
     path.write_bytes(b"name: \xff\xfe")
     assert "cannot be read" in refused(path)[0]
+    assert refused(tmp_path / "nothing.yaml") == ["there is no such file"]
+    assert refused(tmp_path / "nothing") == ["there is no such session folder or scenario file"]
 
 
 def test_anchors_and_merges_of_yaml_work(written):
@@ -204,19 +175,15 @@ def test_anchors_and_merges_of_yaml_work(written):
     assert (user.link_down.delay_s, user.link_down.loss) == (0.01, 0.5)
 
 
-def test_files_are_named_from_where_the_scenario_is(written, tmp_path, monkeypatch):
+@pytest.mark.parametrize("in_file", [True, False])
+def test_files_are_named_from_where_they_are_written(written, tmp_path, monkeypatch, in_file):
     written("t,x\n", "motion.csv")
     operator = "operator: {kind: playback_motion, file: motion.csv}\n"
-    path = written(MINIMAL + operator)
-    monkeypatch.chdir("/")
-    assert scenarios.load(str(path)).users[0].operator.file == str(tmp_path / "motion.csv")
-
-
-def test_files_of_options_are_named_from_the_working_folder(written, tmp_path, monkeypatch):
-    written("t,x\n", "motion.csv")
-    monkeypatch.chdir(tmp_path)
-    scenario = scenarios.load("carry_0ms", settings_texts=["operator.file=motion.csv"])
-    assert scenario.users[0].operator.file == os.path.join(tmp_path, "motion.csv")
+    path = written(MINIMAL + operator * in_file)
+    monkeypatch.chdir("/" if in_file else tmp_path)
+    options = [] if in_file else ["operator.file=motion.csv"]
+    scenario = scenarios.load(str(path), settings_texts=options)
+    assert scenario.users[0].operator.file == str(tmp_path / "motion.csv")
 
 
 @given(st.lists(st.text(max_size=30), max_size=3))

@@ -9,10 +9,10 @@ from support.packer import Packer
 from support.session_given import session_given
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
-from pmwvc_core.plant.task import offset, task_of
+from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.law_rigs import Users
 
-from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS
@@ -48,22 +47,6 @@ def test_joining_stores_no_energy_and_makes_no_force(coupling, contact):
     assert server.present == [True] * 4
 
 
-@pytest.mark.parametrize("coupling", COUPLINGS)
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_late_joiner_without_waves_exerts_no_force_at_rest(coupling, contact):
-    with_guest, without = (make(3, coupling=coupling, contact=contact) for _ in range(2))
-    for server in (with_guest, without):
-        server.join(0, -0.03)
-        server.join(1, 0.03)
-        squeeze(server, 3000)
-    with_guest.join(2, -0.03)
-    for server in (with_guest, without):
-        squeeze(server, 500)
-    assert with_guest.f_s[2] == pytest.approx(0.0, abs=1e-9)
-    assert with_guest.f_s[:2] == pytest.approx(without.f_s[:2], abs=1e-9)
-    assert with_guest.x_o == pytest.approx(without.x_o, abs=1e-9)
-
-
 @pytest.mark.parametrize(
     "coupling", [name for name, one in RECORDS.library.items() if not one.black_box]
 )
@@ -82,24 +65,6 @@ def test_leaving_drops_the_spring_and_nothing_more(coupling, contact):
     assert server.present == [True, False]
     assert not server.touches(1)
     assert server.f_s[1] == 0.0
-
-
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_those_who_stay_keep_a_quiet_cube_when_one_leaves_and_comes_back(contact):
-    server = make(3, contact=contact, contact_stiffness=2000.0)
-    for i, position in enumerate((-0.03, 0.03, -0.03)):
-        server.join(i, position)
-    squeeze(server, 1500, users=(0, 1, 2))
-    server.leave(2)
-    squeeze(server, 1500)
-    speeds = [server.xd_o]
-    server.join(2, server.x_o - 0.03)
-    for _ in range(200):
-        squeeze(server, 1)
-        speeds.append(server.xd_o)
-    assert server.f_s[:2] == pytest.approx([1.0, -1.0], abs=1e-2)
-    assert np.abs(np.diff(speeds)).max() < 1e-3
-    assert np.abs(server.f_s[2]) < 1e-2
 
 
 def test_energy_keeps_its_account_through_coming_and_going():
@@ -129,14 +94,6 @@ def test_an_absent_user_gets_no_packet():
     assert (server.s.ports[1].u_j, server.s.ports[1].v_j) == (0.0, 0.0)
     server.leave(1)  # nobody there: nothing happens
     assert server.dissipated >= 0.0
-
-
-def test_without_users_the_cube_glides_on():
-    server = make(1)
-    server.s = server.s._replace(body=Body((0.0,), (0.1,)))
-    for _ in range(10):
-        assert server.step([0.0]) == [0.0]
-    assert server.x_o == pytest.approx(0.1 * 10 * H)
 
 
 def test_avatar_and_device_share_a_frame_but_for_an_offset():
@@ -178,23 +135,13 @@ def test_axes_across_do_what_one_axis_does_alone(coupling, contact):
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("contact", CONTACTS)
-@pytest.mark.parametrize("wave", [0.0, 5e-324, -1e-200, 1e-160, 1e4, -1e4])
-def test_finite_waves_get_finite_answers(coupling, contact, wave):
-    server = make(2, coupling=coupling, contact=contact, contact_stiffness=0.0)
-    server.join(0, -0.03)
-    server.join(1, 0.03)
-    for n in range(40):
-        returned = server.step([wave, -wave if n % 2 else wave])
-        assert np.isfinite([*returned, server.x_o, server.dissipated]).all()
-
-
-def test_waves_that_die_away_never_divide_by_zero():
+def test_waves_of_any_size_get_finite_answers(coupling, contact):
     """Depths shrink through the smallest numbers there are; their squares vanish first."""
-    server = make(2, coupling="implicit", contact_stiffness=1e5, contact_damping=0.0)
-    server.join(0, -0.03)
-    server.join(1, 0.03)
-    wave = 1.0
-    while wave > 0.0:
-        returned = server.step([wave, -0.9 * wave])
-        assert np.isfinite(returned).all()
-        wave *= 0.3
+    for k in (0.0, 1e5) if coupling == "implicit" else (0.0,):  # the others are not passive
+        server, wave = make(2, coupling=coupling, contact=contact, contact_stiffness=k), 1e4
+        server.join(0, -0.03)
+        server.join(1, 0.03)
+        while wave != 0.0:
+            returned = server.step([wave, -0.9 * wave])
+            assert np.isfinite([*returned, server.x_o, server.dissipated]).all()
+            wave *= -0.2

@@ -25,11 +25,9 @@ def test_cached_session_is_the_simulated_one_and_simulated_once():
 
 def test_cached_session_cannot_be_changed_but_its_copy_can():
     traces = simulated(wall())
-    with pytest.raises(ValueError, match="read-only"):
-        traces.users[0].x_m[0] = 1.0
-    with pytest.raises(ValueError, match="read-only"):
-        traces.server.f_s[0][0] = 1.0
-    copied = copy.deepcopy(traces)
-    copied.users[0].x_m[0] = 1.0
+    for signal in (traces.users[0].x_m, traces.server.f_s[0]):
+        with pytest.raises(ValueError, match="read-only"):
+            signal[0] = 1.0
+    copy.deepcopy(traces).users[0].x_m[0] = 1.0
     judged(wall())["stable"] = "changed"
     assert judged(wall())["stable"] != "changed"

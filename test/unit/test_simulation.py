@@ -4,7 +4,6 @@
 dissertation's numbers."""
 
 import dataclasses
-import gc
 
 import numpy as np
 import pytest
@@ -52,13 +51,6 @@ def test_a_session_run_twice_is_identical_to_the_last_bit():
     assert count > 50_000
 
 
-def test_another_seed_gives_another_session():
-    scenario = parse_scenario(SHORT | {"link": {"loss": 0.2}})
-    other = dataclasses.replace(scenario, seed=scenario.seed + 1)
-    fates = [simulate_one(s).fates["user1/up"].fate for s in (scenario, other)]
-    assert not np.array_equal(*fates)
-
-
 def test_results_come_in_the_order_asked_for_whatever_the_batches():
     scenarios = [
         parse_scenario(SHORT | {"duration_s": duration}, overrides={"server.object_mass": mass})
@@ -96,24 +88,6 @@ def test_the_controlled_experiment_settles_where_the_closed_form_gives(
         assert user["drift_m"] == pytest.approx(sign * lead_m, abs=1.5e-5)
 
 
-def test_direct_coupling_over_a_delay_is_unstable_and_cut_by_safety():
-    scenario = load("direct_16ms")
-    traces = simulate_one(scenario)
-    result = summary(traces, scenario)
-    assert (result["stable"], result["instability"]) == (False, "limited by safety")
-    for user in traces.users:
-        limit = scenario.users[0].safety.max_force
-        assert np.abs(user.f_applied).max() <= limit * (1 + 1e-12)
-        assert np.abs(user.f_m).max() > limit  # without the limit it would have been more
-
-
-def test_a_stiff_cube_over_a_delay_needs_the_implicit_server():
-    stable = load("stiff_24ms")
-    assert summary(simulate_one(stable), stable)["stable"]
-    naive = load("stiff_24ms", settings_texts=["server.coupling=one_step_delay"])
-    assert not summary(simulate_one(naive), naive)["stable"]
-
-
 def test_the_links_of_a_session_have_the_fates_of_the_link_alone():
     scenario = parse_scenario(SHORT | {"link": {"loss": 0.2, "duplicate": 0.1, "delay_s": 0.005}})
     seen = simulate_one(scenario).fates["user2/down"]
@@ -129,25 +103,3 @@ def test_without_operators_nothing_moves_and_no_energy_flows():
     traces = simulate_one(scenario)
     assert not traces.server.x_o.any()
     assert all(not user.f_applied.any() and not user.u_m.any() for user in traces.users)
-
-
-@pytest.mark.parametrize("before", [True, False])
-def test_the_search_for_garbage_rests_while_a_session_runs_and_only_then(monkeypatch, before):
-    scenario = parse_scenario({**SHORT, "duration_s": 0.05})
-    seen = []
-
-    def breaks(self, *args):
-        seen.append(gc.isenabled())
-        raise RuntimeError("no more steps")
-
-    try:
-        (gc.enable if before else gc.disable)()
-        simulate_one(scenario)
-        assert gc.isenabled() is before
-        monkeypatch.setattr("pmwvc_core.ends.server_end.ServerEnd.tick", breaks)
-        with pytest.raises(RuntimeError, match="no more steps"):
-            simulate_one(scenario)
-        assert gc.isenabled() is before
-    finally:
-        gc.enable()
-    assert seen == [False]

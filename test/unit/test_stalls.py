@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support import plain as scenarios
 
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame import LIVE
 from pmwvc_core.network.in_flight import RecordedFate, RecordedLink
 from pmwvc_core.params import SafetyParams
 from pmwvc_core.simulation.conditions import Conditions

@@ -141,8 +141,3 @@ def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
     assert max(deficit_j) > 5e-4
     assert deficit_j[-1] < 0.2 * max(deficit_j)
     assert port.sent.energy_j >= wave_j
-
-
-def test_an_exact_device_has_no_deficit():
-    for port, *_ in ends(3, limited=0.5):
-        assert port.s.deficit_j == 0.0

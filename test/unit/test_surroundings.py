@@ -1,16 +1,21 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A session has a folder, a domain and an environment of its own."""
+"""A session has a folder, a domain and an environment of its own; files and plug-ins of its
+scenario are looked at before anything starts.
+"""
 
 import argparse
 import os
+import re
 import socket
 import sys
 from xml.etree import ElementTree
 
 import pytest
 
+from pmwvc_bringup import scenarios
 from pmwvc_bringup.commands.node import node
+from pmwvc_bringup.session import surroundings
 from pmwvc_bringup.session.surroundings import (
     new_folder,
     node_environment,
@@ -18,17 +23,16 @@ from pmwvc_bringup.session.surroundings import (
     own_environment,
     running_domains,
 )
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.errors import PmwvcError, ScenarioError
+
+RANGE, PROFILES = "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTRTPS_DEFAULT_PROFILES_FILE"
+MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
 
 
-def test_two_sessions_get_two_domains():
+def test_two_sessions_get_two_domains_and_are_found_by_them():
     with own_domain({}) as one, own_domain({}) as other:
         assert one != other
         assert 1 <= one <= 101
-
-
-def test_running_sessions_of_this_machine_are_found_by_their_domains():
-    with own_domain({}) as one, own_domain({}) as other:
         assert {one, other} <= set(running_domains())
     assert not {one, other} <= set(running_domains())
 
@@ -64,32 +68,59 @@ def test_a_domain_that_is_none_is_refused(wish):
         own_domain({"ROS_DOMAIN_ID": wish}).__enter__()
 
 
-def test_the_users_choices_win_where_they_are_choices(tmp_path):
-    given = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_LOG_DIR": "/elsewhere", "HOME": "/me"}
-    found = node_environment(given, domain=7, log_folder=tmp_path)
-    assert found["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
+@pytest.mark.parametrize(
+    ("given", "scope", "profile"),
+    [
+        ({}, None, "any_machine.xml"),
+        ({RANGE: "SUBNET"}, "SUBNET", "any_machine.xml"),
+        ({RANGE: "LOCALHOST"}, "SYSTEM_DEFAULT", "this_machine.xml"),
+    ],
+)
+def test_a_node_by_hand_meets_whom_its_range_allows_without_shared_memory(given, scope, profile):
+    found = own_environment(given)
+    assert found.get(RANGE) == scope
+    assert found[PROFILES].endswith(profile)
     assert found["FASTDDS_BUILTIN_TRANSPORTS"] == "UDPv4"
-    assert found["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("any_machine.xml")
+    given = {"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}
+    assert own_environment(given)["FASTDDS_BUILTIN_TRANSPORTS"] == "LARGE_DATA"
+
+
+@pytest.mark.parametrize(
+    ("given", "scope", "profile"),
+    [
+        ({}, "SYSTEM_DEFAULT", "this_machine.xml"),
+        ({RANGE: "localhost"}, "SYSTEM_DEFAULT", "this_machine.xml"),
+        ({RANGE: "SUBNET", "HOME": "/me", "ROS_LOG_DIR": "/x"}, "SUBNET", "any_machine.xml"),
+    ],
+)
+def test_nodes_of_a_session_meet_on_this_machine_unless_the_user_chooses(
+    given, scope, profile, tmp_path
+):
+    found = node_environment({"AMENT_PREFIX_PATH": "", **given}, domain=7, log_folder=tmp_path)
+    assert (found[RANGE], found["ROS_DOMAIN_ID"]) == (scope, "7")
+    assert found["FASTDDS_BUILTIN_TRANSPORTS"] == "UDPv4"
     assert found["ROS_LOG_DIR"] == str(tmp_path)
-    assert (found["ROS_DOMAIN_ID"], found["HOME"]) == ("7", "/me")
+    assert found.get("HOME") == given.get("HOME")
+    assert found["AMENT_PREFIX_PATH"] == sys.prefix  # an empty variable is no choice
+    assert found[PROFILES].endswith(profile)
+    root = ElementTree.parse(found[PROFILES]).getroot()
+    if profile == "this_machine.xml":
+        assert {e.text for e in root.iter() if "address" in e.tag} == {"127.0.0.1"}
+        assert [e.text for e in root.iter() if e.tag.endswith("type")] == ["UDPv4"]
 
 
-@pytest.mark.parametrize("given", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "localhost"}])
-def test_nodes_meet_on_this_machine_without_shared_memory(tmp_path, given):
-    found = node_environment(given, domain=7, log_folder=tmp_path)
-    assert found["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
-    profile = ElementTree.parse(found["FASTRTPS_DEFAULT_PROFILES_FILE"]).getroot()
-    assert {element.text for element in profile.iter() if "address" in element.tag} == {
-        "127.0.0.1"
-    }
-    assert [element.text for element in profile.iter() if element.tag.endswith("type")] == [
-        "UDPv4"
-    ]
-
-
-def test_an_empty_variable_is_no_choice(tmp_path):
-    found = node_environment({"AMENT_PREFIX_PATH": ""}, domain=7, log_folder=tmp_path)
-    assert found["AMENT_PREFIX_PATH"] == sys.prefix
+@pytest.mark.parametrize(("given", "own_machine"), [(None, True), ("SUBNET", False)])
+def test_a_node_started_by_hand_stays_on_this_machine_unless_set_otherwise(
+    monkeypatch, given, own_machine
+):
+    for name in (PROFILES, RANGE):
+        monkeypatch.delenv(name, raising=False)
+    if given:
+        monkeypatch.setenv(RANGE, given)
+    started = []
+    monkeypatch.setattr(os, "execve", lambda *words: started.append(words[-1]))
+    node.run(argparse.Namespace(kind="master", arguments=[]))
+    assert started[0].get(PROFILES, "").endswith("this_machine.xml") == own_machine
 
 
 def test_sessions_of_one_second_get_folders_of_their_own(tmp_path, monkeypatch):
@@ -99,37 +130,93 @@ def test_sessions_of_one_second_get_folders_of_their_own(tmp_path, monkeypatch):
     assert {os.path.dirname(folder) for folder in folders} == {"sessions"}
 
 
-@pytest.mark.parametrize("given", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}])
-def test_a_node_by_hand_meets_other_machines_and_has_no_shared_memory(given):
-    found = own_environment(given)
-    assert found.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == given.get("ROS_AUTOMATIC_DISCOVERY_RANGE")
-    assert found["FASTDDS_BUILTIN_TRANSPORTS"] == "UDPv4"
-    assert found["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("any_machine.xml")
+@pytest.mark.parametrize("name", scenarios.known())
+def test_every_scenario_of_the_project_passes(name):
+    assert surroundings.check(scenarios.load(name)) is None  # anything wrong raises
 
 
-def test_a_node_by_hand_on_this_machine_only_has_no_shared_memory_either():
-    found = own_environment({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"})
-    assert found["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
-    assert found["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("this_machine.xml")
+def problems(*texts, users=1):
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, users=users)
+    with pytest.raises(ScenarioError) as caught:
+        surroundings.check(scenario)
+    return caught.value.problems
 
 
-def test_transports_that_are_given_stay():
-    given = {"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}
-    assert own_environment(given)["FASTDDS_BUILTIN_TRANSPORTS"] == "LARGE_DATA"
+@pytest.mark.parametrize(
+    ("texts", "words"),
+    [
+        (
+            f"operator.kind=playback_motion operator.file={MOTION} operator.columns=7",
+            "user1: .* no column '7'; there are time_s, left_m, right_m",
+        ),
+        (
+            "server.coupling=unknown server.environment=moon",
+            "server.environment = 'moon': not installed; there are: cube, wall",
+        ),
+        (
+            "controller=direct server.coupling=unknown server.environment=active_wall",
+            r"needs controller = pmwvc \(direct supports only cube and wall\)",
+        ),
+        (
+            "master.velocity_filter.kind=exact master.velocity_filter.share=0.99",
+            "velocity_filter.share = 0.99: no high-pass filter of order 2",
+        ),
+    ],
+)
+def test_what_cannot_be_had_is_named_before_anything_starts(texts, words):
+    (problem,) = problems(*texts.split())
+    assert re.search(words, problem)
 
 
-@pytest.mark.parametrize(("given", "own_machine"), [(None, True), ("SUBNET", False)])
-def test_a_node_started_by_hand_stays_on_this_machine_unless_set_otherwise(
-    monkeypatch, given, own_machine
-):
-    monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)
-    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
-    if given:
-        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", given)
-    started = []
-    monkeypatch.setattr(
-        os, "execve", lambda program, words, environment: started.append(environment)
+def test_everything_wrong_is_reported_at_once_and_with_its_user(tmp_path):
+    garbage = tmp_path / "delays.csv"
+    garbage.write_bytes(bytes(range(256)))
+    found = problems(
+        "user1.device.plugin=falcom",
+        "user2.operator.kind=playback_force",
+        "user2.operator.file=nowhere.csv",
+        "link.jitter=trace",
+        f"link.trace_file={garbage}",
+        "user3.link.up.trace_file=gone.txt",
+        users=3,
     )
-    node.run(argparse.Namespace(kind="master", arguments=[]))
-    profiles = started[0].get("FASTRTPS_DEFAULT_PROFILES_FILE", "")
-    assert profiles.endswith("this_machine.xml") == own_machine
+    starts = [
+        "user1: device.plugin = 'falcom': not installed; there are: ",
+        f"user1: {garbage}: not text",
+        "user2: nowhere.csv: no such file",
+        "user3: gone.txt: cannot be read as a delay trace: No such file",
+    ]
+    assert len(found) == len(starts)
+    for problem, start in zip(found, starts, strict=True):
+        assert problem.startswith(start)
+
+
+def test_the_simulated_device_needs_no_installed_package(monkeypatch):
+    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: ())
+    surroundings.check(scenarios.load("carry_16ms"))
+    (problem,) = problems("device.plugin=ros_topic")
+    assert "not installed; there are: none" in problem
+
+
+def test_without_ros_the_answer_names_the_remedy(monkeypatch):
+    monkeypatch.setattr(surroundings.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(PmwvcError, match=r"no rclpy.*make setup.*'pmwvc simulate'"):
+        surroundings.require_ros()
+
+
+def test_a_simulation_states_which_device_it_leaves_out():
+    scenario = scenarios.load("carry_16ms", settings_texts=["user2.device.plugin=ros_topic"])
+    surroundings.check(scenario)
+    (note,) = surroundings.notes(scenario)
+    assert note.startswith("user2: a simulated device replaces device.plugin = 'ros_topic'")
+
+
+@pytest.mark.parametrize(
+    ("users", "cores", "busy", "needed"),
+    [(2, 2, 0.3, None), (6, 2, 0.0, None), (8, 2, 0.0, "2.4"), (2, 2, 3.5, "0.6")],
+)
+def test_a_session_that_the_cores_cannot_carry_is_warned_of(users, cores, busy, needed):
+    scenario = scenarios.load("carry_16ms", users=users)
+    found = surroundings.too_much(scenario, cores=cores, busy=busy)
+    assert bool(found) == bool(needed)
+    assert all(f"needs about {needed} cores; this machine has {cores}" in text for text in found)

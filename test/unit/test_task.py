@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pmwvc_core.params import TaskParams
-from pmwvc_core.plant.task import closing, minimum_jerk, offset, task_of
+from pmwvc_core.plant.forces import closing, minimum_jerk, offset, task_of
 
 STEP_S = 1e-6
 tasks = st.builds(

@@ -10,31 +10,11 @@ from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.names import value_of, varied
 
 
-def test_a_name_means_all_users_and_both_ways():
-    scenario = varied(linear_loops.scenario(), "link.delay_s", 0.02)
-    delays = {link.delay_s for u in scenario.users for link in (u.link_up, u.link_down)}
-    assert delays == {0.02}
-
-
 def test_a_user_in_front_means_that_user_only():
     scenario = varied(linear_loops.scenario(), "user2.device.mass", 0.4)
     assert [user.device.mass for user in scenario.users] == [0.25, 0.4]
     assert value_of(scenario, "user2.device.mass") == 0.4
     assert value_of(scenario, "device.mass") == 0.25
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("server.contact_stiffness", 321.0),
-        ("server.object_mass", 3.0),
-        ("master.filter.pole_rad_s", 70.0),
-        ("link.up.delay_s", 0.01),
-        ("master.rate_drop", 4.0),
-    ],
-)
-def test_what_is_set_is_read(name, value):
-    assert value_of(varied(linear_loops.scenario(), name, value), name) == value
 
 
 def test_numbers_may_differ_side_by_side_but_times_may_not():

@@ -13,7 +13,7 @@ from benchmark.probe import Probe, rendered
 from benchmark.study import HELD_OUT_SEED, Plan
 from benchmark.trial import Trial, run
 from pmwvc_analysis.maps.workers import dask_cores
-from pmwvc_core.plural import count
+from pmwvc_core.words import count
 
 SWEPT_S = 4.0  # duration of the sessions timed for a sweep of networks
 

@@ -17,10 +17,10 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.plural import count, listed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.words import count, listed
 
 TOGETHER = 5  # seeds of an item
 END_S = 0.5

@@ -14,7 +14,7 @@ from benchmark.methods import METHODS, Settings
 from benchmark.probe import Probe, Rendered, rendered
 from benchmark.trial import Outcome, Trial, run
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.plural import count
+from pmwvc_core.words import count
 
 TRAINING = ("thesis_lan_16", "wifi_campus", "lte", "lan", "continental")
 FAR = ("geo", "iss", "lunar", "torture")  # beyond 0.3 s each way probes take longest

@@ -5,7 +5,7 @@
 import numpy as np
 
 from benchmark.networks import Found, Group
-from pmwvc_core.plural import count, listed
+from pmwvc_core.words import count, listed
 
 PAGE = "benchmark_networks.md"
 LEAST_J = -1e-9  # a balance below it is a violation, by whatever amount

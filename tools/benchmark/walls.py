@@ -96,7 +96,7 @@ def _rest(grid: list[Wall], settings: Settings, network: str, seed: int) -> dict
     return {
         each: _Rest(
             keeps_pressing(one, damping_n_s_m=each[1]) and verdict(one, scenario).stable is True,
-            least_balance(one, scenario).passive is True,
+            least_balance(one, scenario)["passive"] is True,
         )
         for each, scenario, one in zip(grid, scenarios, traces, strict=True)
     }

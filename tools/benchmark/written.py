@@ -27,7 +27,7 @@ from benchmark.probe import Rendered
 from benchmark.study import HELD_OUT_SEED, Study
 from benchmark.trial import Outcome
 from pmwvc_analysis.charts import chart_files
-from pmwvc_core.plural import count
+from pmwvc_core.words import count
 
 PAGE, SESSIONS, PROBES = "benchmark_results.md", "sessions.csv", "probes.csv"
 MEDIANS = "benchmark_results.csv"

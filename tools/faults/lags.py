@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.frame.rows import ServerRow
+from pmwvc_core.frame import ServerRow
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import SteppedSession

@@ -11,7 +11,7 @@ from faults.fault import Fault, Outcome, joined, undisturbed
 from faults.lags import WatchedBatch, fitted_s
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.transport.packet import Receipt

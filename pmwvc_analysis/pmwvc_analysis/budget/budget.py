@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.criterion import behind_counts, counts_j
 from pmwvc_analysis.budget.energy import declared
-from pmwvc_analysis.budget.parts import SKIPPED, Remainder, notes_on, of_server
+from pmwvc_analysis.budget.parts import NOT_RECORDED, SKIPPED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import skips, stretches
+from pmwvc_analysis.traces.holes import gaps, skips, stretches
 from pmwvc_analysis.traces.server_starts import ran_s
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.sums import running, sum_of
@@ -83,6 +83,11 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
             "device_damping": device.dissipated,
             "sample_hold": device.given - channel.port.taken,
         }
+        if len(missing := gaps(user)):  # both ends are known there, and not what lies between
+            lost = _in_blocks(kept, missing, np.asarray(of_device["sample_hold"]))
+            of_device["sample_hold"] = of_device["sample_hold"] - lost
+            of_device[NOT_RECORDED] = lost
+            left_over.append(Remainder(user.name, NOT_RECORDED))
         if len(skipping := skips(user)) and not unknown:
             of_device[SKIPPED] = skipped = _in_blocks(kept, skipping, residual)
             residual, unknown = residual - skipped, {SKIPPED}

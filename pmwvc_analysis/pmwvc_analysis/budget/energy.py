@@ -39,9 +39,9 @@ from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Array
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.words import quantity
 
 UNRESOLVED = "the steps of the encoder leave the work of the hand open"
 STEPS = 9  # alignments that are tried within the uncertainty

@@ -16,17 +16,18 @@ import numpy as np
 from pmwvc_analysis.traces.holes import gaps
 from pmwvc_core.controllers.library import entries
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, UserTraces
+from pmwvc_core.words import count
 
-SKIPPED = "skipped"
+SKIPPED, NOT_RECORDED = "skipped", "not_recorded"
 # words, empty for those of the account of the same name; group under which a figure adds it up
 PARTS: Mapping[str, tuple[str, str]] = {
     "hand": ("given by the hand", "hands"),
     "device_kinetic": ("motion of the device", "devices"),
     "device_damping": ("damping of the device", "devices"),
     SKIPPED: ("while the loop skipped ticks", "devices"),
+    NOT_RECORDED: ("while nothing was recorded", "devices"),
     "sample_hold": ("sampling and holding at the device", "sampling and safety"),
     "safety": ("safety limits", "sampling and safety"),
     "filter": ("anti-aliasing filter", "filters and holds"),
@@ -59,6 +60,7 @@ HIDES = {
     "hand": "the work of the hand itself: its force was not recorded",
     "device_damping": "damping and friction of the device, and errors of its sensors",
     SKIPPED: "what hand and damping of the device did while the loop skipped ticks",
+    NOT_RECORDED: "what sampling, holding and limits did in gaps of the record",
     "filter_and_hold": "what velocity filter, bank and position feedback accounted for",
     "link": "what the controller accounted for itself",
     "integration": "the energy of the contacts' springs and the heat of their dampers",

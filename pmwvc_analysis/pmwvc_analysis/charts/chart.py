@@ -10,8 +10,6 @@ drawn before it.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from pmwvc_core.numeric import Array
 
 Dash = tuple[float, ...]  # on, off, ... [px]; empty: solid
@@ -110,30 +108,6 @@ class Panel:
         """Tell whether the horizontal axis is the session's time, common to all panels."""
         return self.x_label == "time [s]"
 
-    def curves(self) -> list[tuple[Array, Array]]:
-        """Return the points of everything drawn."""
-        found = [(line.x, line.y) for line in self.lines]
-        found += [(dots.x, dots.y) for dots in self.dots]
-        for layer in self.layers:
-            found += [(layer.x, layer.low), (layer.x, layer.high)]
-        return found
-
-    def x_span(self) -> Span:
-        """Return the range of the horizontal axis."""
-        if self.x_names:
-            return -0.5, len(self.x_names) - 0.5
-        return _span([x for x, _ in self.curves()], log=self.x_log, margin=0.0)
-
-    def y_span(self) -> Span:
-        """Return the range of the vertical axis."""
-        if self.y_range is not None:
-            return self.y_range
-        values = [y for _, y in self.curves()]
-        values += [np.array([level.y]) for level in self.levels]
-        if self.with_zero:
-            values.append(np.zeros(1))
-        return _span(values, log=self.y_log, margin=0.05)
-
 
 @dataclass(frozen=True)
 class Chart:
@@ -151,27 +125,3 @@ class Chart:
         """Tell whether a panel has a labelled axis: the last one above another horizontal axis."""
         below = self.panels[index + 1 :]
         return not below or below[0].x_label != self.panels[index].x_label
-
-    def x_span(self, index: int, time: Span | None = None) -> Span:
-        """Return the range of a panel's horizontal axis, common to those with the same label;
-        ``time`` is that of the session, if given.
-        """
-        panel = self.panels[index]
-        if panel.of_time and time is not None:
-            return time
-        spans = [each.x_span() for each in self.panels if each.x_label == panel.x_label]
-        return min(low for low, _ in spans), max(high for _, high in spans)
-
-
-def _span(values: Sequence[Array], *, log: bool, margin: float) -> Span:
-    seen = np.concatenate([np.zeros(0), *values])
-    seen = seen[np.isfinite(seen) & ((seen > 0.0) | (not log))]
-    if not len(seen):
-        return (0.1, 1.0) if log else (0.0, 1.0)
-    low, high = float(seen.min()), float(seen.max())
-    if log:
-        return low / 1.1, max(high * 1.1, low * 10.0)
-    room = margin * (high - low)
-    if high - low <= 1e-9 * max(abs(low), abs(high), 1e-6):
-        room = 0.5 * max(abs(high), 1e-3)
-    return low - room, high + room

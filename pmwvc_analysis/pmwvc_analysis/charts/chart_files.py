@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.chart import Chart, Curve, Panel, Span
+from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Panel, Span
 from pmwvc_analysis.charts.style import LIGHT
 from pmwvc_core.numeric import Array, Integers
 
@@ -41,22 +41,33 @@ def write(
 
 
 def figure(chart: Chart, span: Span | None = None) -> "Figure":
-    """Return the matplotlib figure of a chart."""
+    """Return the matplotlib figure of a chart; panels of the same quantity share their axis."""
     heights = [panel.height for panel in chart.panels]
     drawn, rows = style.canvas(heights, title=chart.title, note=chart.note)
+    first: dict[str, Axes] = {}
     for index, (axes, panel) in enumerate(zip(rows, chart.panels, strict=True)):
-        _panel(axes, panel, chart.x_span(index, span), labelled=chart.labelled(index))
+        if first.setdefault(panel.x_label, axes) is not axes:
+            axes.sharex(first[panel.x_label])
+        _panel(axes, panel)
+        if chart.labelled(index):
+            axes.set_xlabel(panel.x_label)
+        else:
+            axes.tick_params(labelbottom=False)
         if panel.of_time:
-            _events(axes, chart.events, chart.x_span(index, span))
+            axes.set_xlim(span)
+    for axes, panel in zip(rows, chart.panels, strict=True):
+        if panel.of_time:
+            _events(axes, chart.events)
     return drawn
 
 
-def _events(axes: "Axes", events: Sequence[tuple[float, str]], span: Span) -> None:
+def _events(axes: "Axes", events: Sequence[tuple[float, str]]) -> None:
     """Draw events; those too close for a number each have the first and the last one."""
+    close = CLOSE * float(np.ptp(axes.get_xlim()))
     together: list[list[tuple[float, str]]] = []
     for event in events:
         axes.axvline(event[0], color=LIGHT["soft"], lw=0.7, ls=":")
-        if not together or event[0] - together[-1][0][0] > CLOSE * (span[1] - span[0]):
+        if not together or event[0] - together[-1][0][0] > close:
             together.append([])
         together[-1].append(event)
     for (time_s, number), *others in together:
@@ -65,7 +76,13 @@ def _events(axes: "Axes", events: Sequence[tuple[float, str]], span: Span) -> No
                       color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
 
 
-def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
+def _panel(axes: "Axes", panel: Panel) -> None:
+    axes.margins(x=0.0)
+    axes.set(
+        ylabel=panel.y_label,
+        xscale="log" if panel.x_log else "linear",
+        yscale="log" if panel.y_log else "linear",
+    )
     for band in panel.bands:
         look: dict[str, Any] = {"color": LIGHT[band.tint], "hatch": "///", "alpha": 0.18}
         axes.axvspan(*band.span, linewidth=0.0, label=band.label, **look)
@@ -74,7 +91,10 @@ def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
         look |= {"hatch": HATCHES[layer.hatch], "linewidth": 0.0, "label": layer.label}
         axes.fill_between(layer.x, layer.low, layer.high, **look)
     for line in panel.lines:
-        _line(axes, line, (span[1] - span[0]) / COLUMNS if not panel.x_log else 0.0)
+        x, y = _interrupted(line)
+        dash = (0, tuple(each / line.width for each in line.dash)) if line.dash else "-"
+        look = {"color": LIGHT[line.tint], "lw": line.width / 1.25, "ls": dash}
+        axes.plot(x, y, label=line.label, **look)
     for dots in panel.dots:
         marker, size = MARKERS[dots.mark]
         look = {"marker": marker, "ms": size, "color": LIGHT[dots.tint], "label": dots.label}
@@ -88,26 +108,21 @@ def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
         axes.annotate(note.text, (note.x, note.y), color=LIGHT["alarm"], fontsize=9, ha="right")
     if panel.title:
         axes.set_title(panel.title, color=LIGHT[panel.tint], fontweight="bold")
-    axes.set(ylabel=panel.y_label, xlim=span, ylim=panel.y_span())
-    axes.set_xscale("log" if panel.x_log else "linear")
-    axes.set_yscale("log" if panel.y_log else "linear")
     if panel.x_names:
         axes.set_xticks(range(len(panel.x_names)), panel.x_names)
-    if labelled:
-        axes.set_xlabel(panel.x_label)
-    else:
-        axes.tick_params(labelbottom=False)
+        axes.set_xlim(-0.5, len(panel.x_names) - 0.5)
+    if panel.y_range:
+        axes.set_ylim(panel.y_range)
     style.legend(axes)
 
 
-def _line(axes: "Axes", line: Curve, column: float) -> None:
-    parts = reduced(line.x, line.y, period=line.period, column=column)
-    hole = np.array([-1])
-    rows = np.concatenate([hole, *(each for part in parts for each in (part, hole))])
-    x, y = line.x[rows], np.where(rows < 0, np.nan, line.y[rows])
-    (drawn,) = axes.plot(x, y, color=LIGHT[line.tint], lw=line.width / 1.25, label=line.label)
-    if line.dash:
-        drawn.set_linestyle((0, tuple(each / line.width for each in line.dash)))
+def _interrupted(line: Curve) -> tuple[Array, Array]:
+    """Return a curve with a NaN in each of its gaps; one narrower than a column is none."""
+    if not line.period or not len(line.x):
+        return line.x, line.y
+    longest = max(1.5 * line.period, float(line.x[-1] - line.x[0]) / COLUMNS)
+    gaps = np.flatnonzero(np.diff(line.x) > longest) + 1
+    return np.insert(line.x, gaps, np.nan), np.insert(line.y, gaps, np.nan)
 
 
 class Pool:
@@ -141,7 +156,9 @@ def payload(
     charts: Sequence[Chart], span: Span, events: Sequence[Sequence[Any]]
 ) -> tuple[dict[str, Any], bool]:
     """Return the data of all figures, and whether every point is there."""
-    curves = [len(x) for chart in charts for panel in chart.panels for x, _ in panel.curves()]
+    panels = [panel for chart in charts for panel in chart.panels]
+    curves = [len(line.x) for panel in panels for line in panel.lines]
+    curves += [len(dots.x) for panel in panels for dots in panel.dots]
     left, waiting, most = MOST_NUMBERS, sorted(curves), max(curves, default=0)
     for index, length in enumerate(waiting):  # all points, while all together are few enough
         fair = left // (2 * (len(waiting) - index))
@@ -160,70 +177,39 @@ def payload(
 
 
 def thinned(x: Array, y: Array, *, period: float, most: int) -> Integers:
-    """Return the indices of at most ``most`` points or so, extremes and ends of gaps included."""
+    """Return the indices of at most ``most`` points or so: of each column of the picture, and of
+    each stretch without a gap, the first, the last, the least and the largest; one of each hole.
+    """
     if len(x) <= most:
         return np.arange(len(x))
-    rows = np.flatnonzero(np.isfinite(x))
-    column = float(x[rows].max() - x[rows].min()) / max(1, most // 4)
-    parts = [
-        envelope(x, y, part, column=column) for part in segments(x, y, longest_step=1.5 * period)
-    ]
-    gaps = np.flatnonzero(~np.isfinite(y))  # keep one of each hole, so that it stays one
-    gaps = gaps[np.diff(gaps, prepend=-9) > 1]
-    return np.unique(np.concatenate([gaps, *parts]))
+    hole = ~np.isfinite(y)
+    column = float(np.nanmax(x) - np.nanmin(x)) / max(1, most // 4)
+    columns = np.where(hole, -1.0, np.floor((x - np.nanmin(x)) / column))
+    new = (np.diff(columns) != 0.0) | (np.diff(x) > (1.5 * period or math.inf))
+    group = np.concatenate([[0], np.cumsum(new & ~(hole[1:] & hole[:-1]))])
+    begins = np.flatnonzero(np.diff(group, prepend=-1))
+    ends = np.append(begins[1:], len(x)) - 1
+    by_size = np.lexsort((y, group))
+    kept = np.stack([begins, ends, by_size[begins], by_size[ends]])
+    kept[:, hole[begins]] = begins[hole[begins]]
+    return np.unique(kept)
 
 
 def _fields(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
     """Return the fields of a panel and of all it shows; arrays by their numbers."""
-    lines, dots = [], []
-    for line in panel.lines:
-        rows = thinned(line.x, line.y, period=line.period, most=most)
-        step = line.period
-        if len(rows) < len(line.x) and step > 0.0:  # only a gap beyond the thinned steps is one
-            step = max(step, float(np.nanmax(line.x) - np.nanmin(line.x)) / max(1, most // 4))
-        points = {"x": pool.put(line.x[rows]), "y": pool.put(line.y[rows])}
-        lines.append(vars(line) | points | {"period": step})
-    for each in panel.dots:
-        rows = thinned(each.x, each.y, period=math.inf, most=most)
-        dots.append(vars(each) | {"x": pool.put(each.x[rows]), "y": pool.put(each.y[rows])})
-    layers = [
-        vars(layer) | {name: pool.put(getattr(layer, name)) for name in ("x", "low", "high")}
-        for layer in panel.layers
-    ]
-    plain = {name: list(map(vars, getattr(panel, name))) for name in ("bands", "levels", "notes")}
-    drawn = {"lines": lines, "dots": dots, "layers": layers, "of_time": panel.of_time}
-    return vars(panel) | plain | drawn
+    kinds = ("lines", "dots", "layers", "bands", "levels", "notes")
+    shown = {kind: [_shown(each, pool, most) for each in getattr(panel, kind)] for kind in kinds}
+    return vars(panel) | shown | {"of_time": panel.of_time}
 
 
-def segments(x: Array, y: Array, *, longest_step: float) -> list[Integers]:
-    """Return the indices of each stretch without NaN or a longer step (0: of any length)."""
-    rows = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    if not len(rows):
-        return []
-    breaks = np.diff(rows) > 1
-    if longest_step > 0.0:
-        breaks |= np.diff(x[rows]) > longest_step
-    return np.split(rows, np.flatnonzero(breaks) + 1)
-
-
-def envelope(x: Array, y: Array, rows: Integers, *, column: float) -> Integers:
-    """Return which of ``rows`` to draw where a column of the picture is ``column`` wide."""
-    if len(rows) <= 4 or column <= 0.0:
-        return rows
-    columns = np.floor((x[rows] - x[rows[0]]) / column)
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1])
-    if len(starts) > len(rows) / 4:
-        return rows
-    ends = np.concatenate([starts[1:], [len(rows)]])
-    kept = [starts, ends - 1]
-    values = y[rows]
-    for extreme in (np.argmin, np.argmax):
-        pairs = zip(starts, ends, strict=True)
-        kept.append(np.array([start + extreme(values[start:end]) for start, end in pairs]))
-    return np.asarray(rows[np.unique(np.concatenate(kept))])
-
-
-def reduced(x: Array, y: Array, *, period: float, column: float) -> list[Integers]:
-    """Return the indices of each stretch to draw; a gap narrower than a column is none."""
-    step = max(1.5 * period, column) if period > 0.0 else 0.0
-    return [envelope(x, y, part, column=column) for part in segments(x, y, longest_step=step)]
+def _shown(each: Any, pool: Pool, most: int) -> dict[str, Any]:
+    fields: dict[str, Any] = {**vars(each)}
+    rows: Integers | slice = slice(None)
+    if isinstance(each, (Curve, Dots)):
+        period = each.period if isinstance(each, Curve) else math.inf
+        rows = thinned(each.x, each.y, period=period, most=most)
+        if 0.0 < period < math.inf and len(rows) < len(each.x):
+            # only a gap beyond the thinned steps is one
+            fields |= {"period": max(period, float(np.ptp(each.x)) / max(1, most // 4))}
+    arrays = {n: pool.put(v[rows]) for n, v in fields.items() if isinstance(v, np.ndarray)}
+    return fields | arrays

@@ -115,9 +115,7 @@ def save(
 
 
 def legend(axes: "Axes") -> None:
-    """Put the legend to the right of the axes, where it hides nothing, every label once. Long ones
-    are wrapped: they would leave no room for the axes.
-    """
+    """Put the legend right of the axes, each label once; long ones are wrapped, to leave room."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         once = dict(zip(reversed(labels), reversed(handles), strict=True))

@@ -11,9 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from pmwvc_analysis.compare.measures import Compared
 from pmwvc_core.network.effects import amounts
-from pmwvc_core.plural import listed
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.words import listed, quantity
 
 CONTROLLER = "controller"
 ALIKE = 0.02  # relative difference below which stiffnesses and masses count as the same

@@ -9,7 +9,7 @@ resonance (where the session was stable) and free space those of :mod:`.rendered
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
 from pmwvc_analysis.verdicts.passivity import part_words, passivity
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -38,16 +38,9 @@ MEASURES = (
 )  # fmt: skip
 
 
-class LeastBalance(NamedTuple):
-    """Lowest balance [J], of which port, and whether all are passive; None: unknown."""
-
-    energy_j: float | None
-    part: str | None
-    passive: bool | None
-
-
-def least_balance(traces: SessionTraces, scenario: Scenario | None) -> LeastBalance:
-    """Return the lowest balance over every port that decides, and the session's verdict.
+def least_balance(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
+    """Return the lowest balance over every port that decides, which that is, and the session's
+    verdict.
 
     The links alone do not decide: a server that decodes a step late, or a compensation that
     stretches a wave, generates energy behind a passive link.
@@ -55,11 +48,11 @@ def least_balance(traces: SessionTraces, scenario: Scenario | None) -> LeastBala
     found = passivity(traces, scenario, budget(traces, scenario))
     ports = [finding for finding in found.findings if finding.decides and finding.judged_s]
     if not ports:
-        return LeastBalance(None, None, None)
+        return {"passive": None, "active_part": None, "energy_min_j": None}
     worst = min(ports, key=lambda finding: finding.least_j)
     owner = "" if worst.part == SERVER else f"{worst.owner}: "
     part = f"{owner}{part_words(worst)}" if worst.least_j < 0.0 else None
-    return LeastBalance(worst.least_j, part, found.session)
+    return {"passive": found.session, "active_part": part, "energy_min_j": worst.least_j}
 
 
 @dataclass
@@ -100,19 +93,16 @@ def measured(entry: Compared) -> Compared:
 
 def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
     """Return the numbers of one session; those from models are still None."""
-    judged, least = stability.verdict(traces, scenario), least_balance(traces, scenario)
-    saved = left_out(traces, scenario)
+    judged, saved = stability.verdict(traces, scenario), left_out(traces, scenario)
     noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
     felt_by = [felt(traces, user, scenario) for user in traces.users]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
     return dict.fromkeys(MEASURES) | {
         "stable": judged.stable,
         "instability": judged.instability,
-        "passive": least.passive,
-        "active_part": least.part,
+        **least_balance(traces, scenario),
         "coherency_rms_m": coherency_m(traces),
         "force_error_rms_n": force_error_n(traces),
-        "energy_min_j": least.energy_j,
         "force_noise_n": _extreme(max, noise),
         "force_peak_n": sums.number(max(peaks)) if peaks else None,
         "force_step_max_n": _extreme(max, [each.force_step_max_n for each in felt_by]),

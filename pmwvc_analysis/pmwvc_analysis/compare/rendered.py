@@ -153,9 +153,7 @@ def _roomy(scenario: Scenario) -> Scenario:
 def _responses(
     scenario: Scenario, forces: dict[str, Array], duration_s: float
 ) -> tuple[Array, Array] | None:
-    """Return force [N] and position [m] of the first user from the start of the force to its end;
-    None where the session diverged or never began.
-    """
+    """Return the first user's force [N] and position [m] while pushed; None where it diverged."""
     forces = {name: force.reshape(len(force), -1) for name, force in forces.items()}
     hands = {
         name: (RecordedForce(0), recorded_params(force, scenario.dof, repeat=False, early=False))

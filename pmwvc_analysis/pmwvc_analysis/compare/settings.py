@@ -29,7 +29,7 @@ from pmwvc_analysis.traces.sums import rms
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.controllers.record import Rule
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate

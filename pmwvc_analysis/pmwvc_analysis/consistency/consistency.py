@@ -22,7 +22,7 @@ from pmwvc_analysis.traces.stages import Stage, stages, user_until, with_rows
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.frame.rows import SIGNALS, Presence
+from pmwvc_core.frame import SIGNALS, Presence
 from pmwvc_core.law.server.server_port import SLIDE_M_S
 from pmwvc_core.numeric import LARGEST, Array, Flags, root
 from pmwvc_core.scenario.scenario import Scenario, User

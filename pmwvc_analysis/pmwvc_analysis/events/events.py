@@ -17,9 +17,9 @@ from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
 from pmwvc_analysis.traces.thresholds import SILENT_INTERVALS, SILENT_S
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.words import count
 
 MOST = 10
 

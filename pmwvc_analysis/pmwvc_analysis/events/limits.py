@@ -28,11 +28,10 @@ from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
-from pmwvc_core.plural import count
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.impedance import WavePort
+from pmwvc_core.words import count, quantity
 
 RETURN = "soft start"
 SPEED = ("faster than", RETURN)  # reasons that are the motion's and not the network's

@@ -14,11 +14,11 @@ from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import runs
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import BRAKING, SafetyState
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.words import count
 
 Event = dict[str, Any]
 STARTING, COUPLED, DAMPING, FAULT = SafetyState

@@ -10,6 +10,7 @@ title names where signals leave the panel.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -53,31 +54,25 @@ def draw_all(entries: Sequence[Compared], folder: Path) -> list[tuple[Chart, Pat
 
 
 def signals(
-    entries: Sequence[Compared],
-    name: str,
-    heading: str,
-    caption: str,
-    y_label: str,
+    entries: Sequence[Compared], name: str, heading: str, caption: str, y_label: str,
     lines_of: Callable[[Compared], list[Curve]],
-) -> Chart:
-    """Return one panel per session, all with the same axes: they hold every signal of the stable
-    sessions (of all if none is).
-    """
+) -> Chart:  # fmt: skip
+    """Return a panel per session, of one scale: that of the stable sessions, of all if none is."""
     pairs = [(entry, lines_of(entry)) for entry in entries]
     chosen = [line.y for entry, lines in pairs for line in lines if entry.measures["stable"]]
     chosen = chosen or [line.y for _, lines in pairs for line in lines]
     values = np.concatenate([np.zeros(0), *(y[np.isfinite(y)] for y in chosen)])
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
     margin = 0.06 * (high - low) or 1.0
-    low, high = low - margin, high + margin
+    look: dict[str, Any] = {"y_range": (low - margin, high + margin), "height": 130.0}
     panels = []
     for entry, lines in pairs:
-        beyond = any(np.nanmax(line.y) > high or np.nanmin(line.y) < low for line in lines)
+        below, above = look["y_range"]
+        leaves = any(np.nanmax(line.y) > above or np.nanmin(line.y) < below for line in lines)
         stable = entry.measures["stable"]
         verdict = "stable" if stable else entry.measures["instability"] or "not judged"
-        title = f"{entry.label}: {verdict}{'; leaves the panel' if beyond else ''}"
-        drawn = Panel(y_label, lines, title=title, tint="alarm" if stable is False else "ink")
-        panels.append(replace(drawn, y_range=(low, high), height=130.0))
+        look["title"] = f"{entry.label}: {verdict}{'; leaves the panel' if leaves else ''}"
+        panels.append(Panel(y_label, lines, tint="alarm" if stable is False else "ink", **look))
     return Chart(name, heading, caption, panels)
 
 
@@ -164,8 +159,8 @@ def measures(entries: Sequence[Compared]) -> Chart:
         for verdict, words, tint, mark in VERDICTS:
             rows = np.flatnonzero(np.isfinite(values) & (stable == verdict))
             dots.append(Dots(words, rows.astype(float), values[rows], tint, mark))
-        drawn = Panel(f"[{unit}]", dots=dots, title=label, x_label="", x_names=names)
-        panels.append(replace(drawn, y_log=wide, with_zero=not wide, height=110.0))
+        look: dict[str, Any] = {"y_log": wide, "with_zero": not wide, "height": 110.0}
+        panels.append(Panel(f"[{unit}]", (), dots, title=label, x_label="", x_names=names, **look))
     caption = "One row of marks per measure, one column per session."
     return Chart("measures", "Measures", caption, panels)
 
@@ -188,13 +183,7 @@ def admittances(entries: Sequence[Compared]) -> list[Chart]:
         else:
             lines.append(Curve(entry.label, hertz, size, tint))
     panel = OVER_FREQUENCY("|x / f| [m/N]", lines, dots, y_log=True, height=315.0)
-    return [
-        Chart(
-            "admittance",
-            "Rendered to the first user",
-            "Motion of the device per force of the hand; low is stiff, a peak is a resonance.",
-            [panel],
-            "Transmitted admittance of the first user",
-            "lines: exact model · rings: from the chirp of the session",
-        )
-    ]
+    caption = "Motion of the device per force of the hand; low is stiff, a peak is a resonance."
+    title = "Transmitted admittance of the first user"
+    note = "lines: exact model · rings: from the chirp of the session"
+    return [Chart("admittance", "Rendered to the first user", caption, [panel], title, note)]

@@ -31,7 +31,7 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
     groups = grouped(found)
     smallest = 1e-4 * max(float(np.abs(series).max()) for series in groups.values())
     groups = {name: sums for name, sums in groups.items() if np.abs(sums).max() > smallest}
-    unit, scale = _unit(np.concatenate([*groups.values(), given]))
+    unit, scale = unit_of(np.concatenate([*groups.values(), given]))
     time_s = found.time_s[kept]
     hands = [Curve("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)]
     layers = _stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()})
@@ -66,7 +66,7 @@ def _stack(time_s: Array, groups: dict[str, Array]) -> list[Layer]:
 
 def _active(found: Budget, active: list[tuple[str, str]], kept: slice) -> Panel:
     judged = {(owner, part): series for owner, part, series in found.judged()}
-    unit, scale = _unit(np.concatenate([judged[each] for each in active]))
+    unit, scale = unit_of(np.concatenate([judged[each] for each in active]))
     lines = []
     for index, (owner, part) in enumerate(active):
         sums = judged[owner, part][kept] * scale
@@ -96,7 +96,7 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     for name, time_s, own in owners:
         if not own:
             continue
-        unit, scale = _unit(np.concatenate(list(own.values())))
+        unit, scale = unit_of(np.concatenate(list(own.values())))
         lines = []
         for index, (account, sums) in enumerate(own.items()):
             again, at = divmod(index, len(DASHES))
@@ -114,6 +114,6 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     )
 
 
-def _unit(values: Array) -> tuple[str, float]:
+def unit_of(values: Array) -> tuple[str, float]:
     """Return the unit in which values are read best, and its factor."""
     return ("J", 1.0) if np.nanmax(np.abs(values), initial=0.0) >= 1.0 else ("mJ", 1e3)

@@ -2,21 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of the links between the users: energy balance, packets, timing of the loops."""
 
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Curve, Dots, Note, Panel
 from pmwvc_analysis.figures import recorded
+from pmwvc_analysis.figures.energy_charts import unit_of
 from pmwvc_analysis.recording.links import DROPPED
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.numeric import Array
-from pmwvc_core.plural import count
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.words import count, quantity
 
 JOIN_S = 0.1  # violations closer than that are marked as one
 LOST_AT = -0.07  # of the largest delay: where packets that never came are drawn
@@ -27,8 +27,8 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     balances = user_energies(traces, scenario)
     if not balances:
         return None
-    largest = max(float(np.abs(b.balance_j).max()) for e in balances for _, b, _ in _ways(e))
-    unit, scale = ("J", 1.0) if largest >= 1.0 else ("mJ", 1e3)
+    ways = [balance.balance_j for entry in balances for _, balance, _ in _ways(entry)]
+    unit, scale = unit_of(np.concatenate(ways))
     panels = []
     for entry in balances:
         tint = recorded.tint(traces, entry.name)
@@ -45,8 +45,8 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
             if found.passive is False and found.least_s is not None:
                 text = f"▼ {quantity(found.least_j, 'J')}"
                 notes.append(Note(text, found.least_s, found.least_j * scale))
-        drawn = Panel(f"balance [{unit}]", lines, bands=bands, notes=notes, with_zero=True)
-        panels.append(replace(drawn, title=entry.name, tint=tint, height=150.0))
+        look: Any = {"title": entry.name, "tint": tint, "height": 150.0, "with_zero": True}
+        panels.append(Panel(f"balance [{unit}]", lines, bands=bands, notes=notes, **look))
     return Chart(
         "energy",
         "Energy balance of the links",
@@ -76,8 +76,8 @@ def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         tint = recorded.tint(traces, user)
         lost = int((fates.fate == FateKind.LOST).sum())
         title = f"{user} {way}: {count(len(fates.number), 'packet')}, {lost} lost"
-        drawn = Panel("delay [ms]", dots=_packets(fates, time_s, tint), title=title, tint=tint)
-        panels.append(replace(drawn, with_zero=True, height=90.0))
+        look: Any = {"title": title, "tint": tint, "height": 90.0, "with_zero": True}
+        panels.append(Panel("delay [ms]", dots=_packets(fates, time_s, tint), **look))
     return Chart(
         "network",
         "Packet delay and loss",

@@ -22,9 +22,7 @@ NEAR_LIMIT = 0.7
 
 
 def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return devices, avatars, object and target: a panel per axis, and per user where there are
-    more than two.
-    """
+    """Return devices, avatars, object and target: a panel per axis, of many users per user."""
     server, names = traces.server, recorded.names(traces)
     if server is None and not traces.users:
         return None

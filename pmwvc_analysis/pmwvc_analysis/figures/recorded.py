@@ -3,7 +3,7 @@
 """What figures say of a session: title, parameters, users, time span, holes, numbered events."""
 
 from collections.abc import Container
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,9 @@ from pmwvc_analysis.traces import holes
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.network.effects import active
 from pmwvc_core.numeric import Flags
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.words import count
 
 LEAST_PAUSE_S = 0.05
 
@@ -76,27 +76,14 @@ def bands(traces: SessionTraces) -> list[Band]:
 ALARMING = ("release", "stall", "limit", "stranger", "recording", "restart")
 
 
-class Event(NamedTuple):
-    """One event."""
-
-    number: str
-    time_s: float | None  # None: not known
-    who: str
-    kind: str
-    what: str
-
-    @property
-    def alarming(self) -> bool:
-        """Tell whether the kind of event is a reason to look closer."""
-        return self.kind in ALARMING
-
-
-def numbered(traces: SessionTraces) -> list[Event]:
-    """Return the events by time, those without one first, as list and figures number them."""
+def numbered(traces: SessionTraces) -> list[dict[str, Any]]:
+    """Return the events by time, numbered, and whether each is a reason to look closer."""
     order = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
     return [
-        Event(str(index), e["time_s"], *(str(e.get(key, "")) for key in ("who", "kind", "what")))
-        for index, e in enumerate(order, start=1)
+        {key: str(event.get(key, "")) for key in ("who", "kind", "what")}
+        | {"number": str(number), "time_s": event["time_s"]}
+        | {"alarming": event.get("kind") in ALARMING}
+        for number, event in enumerate(order, start=1)
     ]
 
 

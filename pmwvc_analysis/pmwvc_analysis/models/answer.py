@@ -12,8 +12,8 @@ from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.loop import LinearLoop, loop_of, put_in
 from pmwvc_analysis.models.response import OUTPUTS
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.words import count
 
 
 def answer(

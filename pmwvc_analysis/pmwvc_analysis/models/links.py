@@ -11,7 +11,7 @@ else of a delay is a number of hyperperiods.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE
+from pmwvc_core.frame import AT_ONCE, LIVE
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 

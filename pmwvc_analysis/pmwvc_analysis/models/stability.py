@@ -22,9 +22,9 @@ from pmwvc_analysis.models.loop import LinearLoop, loop_of
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.words import count
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
 LOWEST = 0.1  # [N/m]

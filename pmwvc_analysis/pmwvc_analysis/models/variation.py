@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.links import LinkWay
-from pmwvc_core.controllers.plugged import PluggedParams, PluggedServerParams
+from pmwvc_core.controllers.plugged import PluggedLaw
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.playout import add
@@ -107,8 +107,8 @@ def user_at_rest(scenario: Scenario, dof: int, answer_tick: int, fed: bool) -> t
     kept = {name: limits[name] for name in KEPT}
     far |= kept | {"soft_start_s": LEAST_S, "brakes": False}
     p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
-    if isinstance(p.port, PluggedParams):
-        p = p._replace(port=p.port._replace(device=lifted(p.port.device)))
+    if isinstance(law := getattr(p.port, "law", None), PluggedLaw):
+        p = p._replace(port=p.port._replace(law=law._replace(device=lifted(law.device))))
     if hasattr(s.port, "counts"):
         exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in s.port.x)
         s = s._replace(port=s.port._replace(counts=exact, begun=True, node_j=AMPLE_J))
@@ -128,8 +128,8 @@ def server_at_rest(scenario: Scenario, dof: int) -> tuple[Any, Any]:
     s, e = resting_server(guests, session, p), p.environment
     if hasattr(e, "brakes"):
         e = e._replace(brakes=False)
-    if isinstance(e, PluggedServerParams):
-        e = e._replace(avatar=lifted(e.avatar))
+    if isinstance(getattr(e, "laws", (None,))[0], PluggedLaw):
+        e = e._replace(laws=tuple(each._replace(avatar=lifted(each.avatar)) for each in e.laws))
     if isinstance(getattr(e, "coupling", None), Contained):
         e = e._replace(coupling=e.coupling.law)
     return s, p._replace(environment=e)

@@ -21,7 +21,7 @@ Equations: docs/theory.md 13.10.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,8 +38,7 @@ LEAST_PAIRS = 8  # in a window, either way
 LARGEST_OFFSET_NS = 20_000_000  # a server's wall clock this far from the recorder's is wrong
 
 
-@dataclass(frozen=True)
-class Alignment:
+class Alignment(NamedTuple):
     """theta(t) = ``offset_ns`` + ``rate`` (t - ``at_ns``), t on the master's clock [ns]."""
 
     how: str
@@ -50,23 +49,15 @@ class Alignment:
 
     def to_server(self, master_ns: Integers) -> Integers:
         """Return instants of the master's clock on the server's [ns]."""
-        if self.how == ONE_HOST:
-            return master_ns
         shift = self.offset_ns + self.rate * (master_ns - self.at_ns).astype(float)
         return master_ns + np.round(shift).astype(np.int64)
 
     @property
     def summary(self) -> dict[str, str | float]:
         """Return it as plain numbers."""
-        return {
-            "how": self.how,
-            "offset_s": self.offset_ns * 1e-9,
-            "drift_ppm": self.rate * 1e6,
-            "uncertainty_s": self.uncertainty_s,
-        }
-
-
-WALL = Alignment("wall clock")
+        offset_s, drift_ppm = self.offset_ns * 1e-9, self.rate * 1e6
+        how, open_s = self.how, self.uncertainty_s
+        return {"how": how, "offset_s": offset_s, "drift_ppm": drift_ppm, "uncertainty_s": open_s}
 
 
 def monotonic_times(messages: Sequence[Trace]) -> Integers:
@@ -111,13 +102,8 @@ def time_lines(
     """
     alignment: dict[str, Alignment] = {}
     for name in masters if steps else ():  # by the packets as sent, else as out of their link
-        up, down = (
-            waves.get(first) or waves.get(second) or ()
-            for first, second in (
-                (f"/{name}/wave_up", f"/server/{name}/wave_up"),
-                (f"/server/{name}/wave_down", f"/{name}/wave_down"),
-            )
-        )
+        up = waves.get(f"/{name}/wave_up") or waves.get(f"/server/{name}/wave_up", ())
+        down = waves.get(f"/server/{name}/wave_down") or waves.get(f"/{name}/wave_down", ())
         if found := align(up, down, fates.get(f"{name}/up"), fates.get(f"{name}/down")):
             alignment[name] = found
     server, ahead_ns = start_times(steps), 0
@@ -134,7 +120,8 @@ def time_lines(
         else start_times(blocks)
         for name, blocks in masters.items()
     }
-    return times, server, {name: alignment.get(name, WALL).summary for name in masters}
+    wall = Alignment("wall clock")
+    return times, server, {name: alignment.get(name, wall).summary for name in masters}
 
 
 def align(
@@ -143,7 +130,7 @@ def align(
     up: FateTraces | None = None,
     down: FateTraces | None = None,
 ) -> Alignment | None:
-    """Return the alignment of a master's clock with the server's; None without echoes.
+    """Return the alignment of a master's clock with the server's (13.10); None without echoes.
 
     From their Wave messages, as sent, and what the emulated link up and down did to the packets.
     """
@@ -156,16 +143,14 @@ def align(
     window_ns = max(WINDOW_NS, (last - first) // MOST_WINDOWS)
     windows = []
     for start in range(first, last + 1, window_ns):
-        least = [
-            Shortest(*part[np.argmin(part[:, 1])].tolist())
-            for seen in (rising, falling)
-            if len(part := seen[(seen[:, 0] >= start) & (seen[:, 0] < start + window_ns)])
-            >= LEAST_PAIRS
+        parts = [
+            way[(way[:, 0] >= start) & (way[:, 0] < start + window_ns)]
+            for way in (rising, falling)
         ]
-        if len(least) == 2:
-            windows.append((least[0], least[1]))
-    found = latest_line(windows)
-    if found is None:
+        if min(map(len, parts)) >= LEAST_PAIRS:
+            up_least, down_least = (part[np.argmin(part[:, 1])].tolist() for part in parts)
+            windows.append((Shortest(*up_least), Shortest(*down_least)))
+    if (found := latest_line(windows)) is None:
         return None
     line, before = found
     if line.one_clock:

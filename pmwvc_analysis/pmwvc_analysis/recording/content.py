@@ -13,7 +13,7 @@ its reception): the recorder may have to wait for the processor longer than the 
 
 import contextlib
 import itertools
-from collections import ChainMap, Counter, defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,14 +22,15 @@ from typing import Any
 import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.own import TopicMessages, Topics, keep_own
+from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.own import Decoded, Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.traces import HandTargets
-from pmwvc_core.transport.admission import intact
+from pmwvc_core.transport.packet import intact
+from pmwvc_core.words import count
 
 CUT = "cut"  # kind of event: a file ends early
 TRUSTED_NS = 500_000_000  # from publication to reception
@@ -39,21 +40,20 @@ Decode = Callable[[bytes, str], Any]
 
 @dataclass
 class Content:
-    """Decoded messages by topic, and all other content of the files."""
+    """Decoded messages by topic, and all other content of the ``files``, by their names."""
 
-    by_topic: Topics = field(default_factory=lambda: defaultdict(TopicMessages))
-    types: dict[str, str] = field(default_factory=dict)
+    topics: Topics = field(default_factory=dict)
+    files: dict[str, Salvage] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     counter: GapCounter = field(default_factory=GapCounter)
     events: list[dict[str, Any]] = field(default_factory=list)
     parameters: list[ParameterChange] = field(default_factory=list)  # of any node
     hands: list[RawMessage] = field(default_factory=list)  # targets, and whether they count
-    undecoded: Counter[tuple[str, str]] = field(default_factory=Counter)  # (topic, reason)
 
     def of_type(self, type_name: str) -> Topics:
-        """Return the topics of one type that have messages."""
-        found = (topic for topic, kind in self.types.items() if kind == type_name)
-        return {topic: self.by_topic[topic] for topic in found if self.by_topic[topic].messages}
+        """Return the topics of one type that have messages, sorted by name."""
+        found = sorted((name, each) for name, each in self.topics.items() if each.rows)
+        return {name: each for name, each in found if each.type_name == type_name}
 
     def of_links(self, type_name: str) -> dict[str, list[Any]]:
         """Return the messages of one type by the name of their link."""
@@ -68,58 +68,37 @@ def read_content(folder: Path) -> Content:
     """Return the decoded messages of every file; of a damaged one, as far as it is whole."""
     if not folder.exists():
         raise RecordingError(f"{folder} does not exist")
-    files = [folder]
+    paths = [folder]
     if folder.is_dir():  # rosbag2 numbers the files of a folder, without leading zeros
-        files = sorted(folder.glob("*.mcap"), key=lambda path: (len(path.name), path.name))
-    if not files:
-        return _of_other_files(folder)
-    for path in files:
+        paths = sorted(folder.glob("*.mcap"), key=lambda path: (len(path.name), path.name))
+    if not paths:
+        other = "name a session folder; 'ros2 bag convert' makes an .mcap file of other recordings"
+        raise RecordingError(f"{folder} holds no recording: no .mcap file is in it; {other}")
+    for path in paths:
         with file_errors(f"read {path}"), open(path, "rb") as stream:
             begin = stream.read(len(MAGIC))
         if begin != MAGIC:
             what = "is not an MCAP file: its first bytes are not those of one"
             what = what if begin else "is empty"
             raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
-    salvages = {path: Salvage() for path in files}
-    texts: ChainMap[str, str] = ChainMap(*(each.schemas for each in salvages.values()))
-    content = content_of(
-        itertools.chain.from_iterable(messages(path, each) for path, each in salvages.items()),
-        lambda data, t: schemas.store_of((texts[t], t)).deserialize_cdr(data, t),
-    )
-    early = []
-    for path, salvage in salvages.items():
-        content.metadata.update(salvage.metadata)
-        content.counter.messages = dict.fromkeys(salvage.topics, 0) | content.counter.messages
-        if salvage.end:
-            what = f"{path.name} ends early ({salvage.end}); everything before is read"
-            early.append({"time_s": None, "who": "recorder", "kind": CUT, "what": what})
-    content.events = early + content.events
+    files = {path: Salvage() for path in paths}
+
+    def decode(data: bytes, kind: str) -> Any:
+        text = next(file.schemas[kind] for file in files.values() if kind in file.schemas)
+        return schemas.store_of((text, kind)).deserialize_cdr(data, kind)
+
+    read = itertools.chain.from_iterable(messages(path, file) for path, file in files.items())
+    content = content_of(read, decode)
+    for path, file in files.items():
+        content.files[path.name] = file
+        content.metadata.update(file.metadata)
+        for topic in file.topics:
+            content.counter.topic(topic)
+        if file.end:
+            what = f"{path.name} ends early ({file.end}); everything before is read"
+            event = {"time_s": None, "who": "recorder", "kind": CUT, "what": what}
+            content.events.insert(0, event)
     return content
-
-
-def _of_other_files(folder: Path) -> Content:
-    """Return the content of a folder that rosbag2 recorded into other files than MCAP; of its
-    messages only the time of reception is known.
-    """
-    from rosbags.highlevel import AnyReader
-
-    try:
-        with AnyReader([folder]) as reader:
-            raw = (
-                RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
-                for connection, log_ns, data in reader.messages()
-            )
-            content = content_of(raw, reader.deserialize)
-            for connection in reader.connections:
-                content.counter.topic(connection.topic)
-            return content
-    except Exception as error:  # rosbags raises many kinds for a damaged file
-        reason = str(error) or type(error).__name__
-    if not (folder / "metadata.yaml").exists():
-        why = "neither an .mcap file nor a metadata.yaml is in it"
-        other = "name a session folder, or one that rosbag2 recorded"
-        raise RecordingError(f"{folder} holds no recording: {why}; {other}")
-    raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
 
 
 def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
@@ -127,43 +106,41 @@ def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
     What is not the session's becomes events.
     """
     content = Content()
+    undecoded: Counter[tuple[str, str]] = Counter()  # topic, reason
     for message in raw:
-        _take(content, message, decode)
-    content.events += keep_own(content.by_topic, content.types)
-    for topic in content.types:
-        for number in content.by_topic[topic].numbers:
-            content.counter.add(topic, number)
-    for (topic, reason), count in content.undecoded.items():
-        amount = "a message" if count == 1 else f"{count} messages"
-        what = f"{topic}: {amount} cannot be decoded ({reason})"
+        if problem := _take(content, message, decode):
+            undecoded[message.topic, problem] += 1
+    content.events += keep_own(content.topics)
+    for topic, series in content.topics.items():
+        for row in series.rows:
+            content.counter.add(topic, row.number)
+    for (topic, reason), number in undecoded.items():
+        what = f"{topic}: {count(number, 'message')} cannot be decoded ({reason})"
         content.events.append({"time_s": None, "who": "recorder", "what": what})
     return content
 
 
-def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
+def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
+    """Take a message in; return why it cannot be decoded."""
     if raw.type_name not in schemas.OUR_TYPES:
         content.counter.add(raw.topic, None)
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
             content.parameters.append(change)
         if is_of_hand(raw):
             content.hands.append(raw)
-        return
+        return None
     content.counter.topic(raw.topic)
     if raw.type_name == schemas.WAVE and not intact(raw.data):
-        return  # corrupted by a link: nothing in it is believed; the fates tell of it
-    if (numbers := peek(raw.type_name, raw.data)) is None:
-        content.undecoded[raw.topic, "too short"] += 1
-        return
+        return None  # corrupted by a link: nothing in it is believed; the fates tell of it
+    if (number := peek(raw.type_name, raw.data)) is None:
+        return "too short"
     try:
         message = decode(raw.data, raw.type_name)
     except Exception as error:  # a message that is no message: counted, reported, passed over
-        content.undecoded[raw.topic, str(error) or type(error).__name__] += 1
-        return
-    content.types[raw.topic] = raw.type_name
-    series = content.by_topic[raw.topic]
-    series.log_ns.append(raw.log_ns)
-    series.messages.append(message)
-    series.numbers.append(numbers)
+        return str(error) or type(error).__name__
+    series = content.topics.setdefault(raw.topic, Series(raw.type_name, []))
+    series.rows.append(Decoded(raw.log_ns, message, number))
+    return None
 
 
 def is_of_hand(message: RawMessage) -> bool:

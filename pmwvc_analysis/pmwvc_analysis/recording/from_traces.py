@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.assemble import TRACES
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import about, session_topics
-from pmwvc_analysis.recording.links import fate_blocks, state_blocks
+from pmwvc_analysis.recording.links import Outgoing, fate_blocks, state_blocks
+from pmwvc_analysis.recording.topics import about, session_topics
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import SERVER_EPOCH
@@ -27,7 +28,6 @@ from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import OF_OBJECT, MessageTypes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import (
-    ENERGIES,
     OF_AVATARS,
     PacketTraces,
     ServerTraces,
@@ -37,17 +37,8 @@ from pmwvc_core.traces import (
 )
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
-Outgoing = tuple[int, str, Any]  # time on the session's time line [ns], topic, message
-
-
-def write_scenario(folder: str | Path, scenario: Scenario) -> None:
-    """Write the complete scenario into a session folder."""
-    import yaml
-
-    text = yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True)
-    with file_errors(f"record into {folder}"):
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        (Path(folder) / "scenario.yaml").write_text(text, encoding="utf-8")
+OF_USERS = (*OF_AVATARS, "state", "contact", "energy_u_s", "energy_v_s")
+OF_STEP = (*OF_OBJECT, "kinetic", "potential", "dissipated")
 
 
 def record_traces(
@@ -64,7 +55,10 @@ def record_traces(
     ``metadata`` are further MCAP metadata records by name.
     """
     start = time.time_ns() if start_ns is None else start_ns
-    write_scenario(folder, scenario)
+    text = yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True)
+    with file_errors(f"record into {folder}"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        (Path(folder) / "scenario.yaml").write_text(text, encoding="utf-8")
     store = schemas.typestore()
     types = build.types_from(store.types)
     outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item[0])
@@ -92,27 +86,21 @@ def _all(
     end_ns = _ns(traces.duration_s)
     for number, (link, received) in enumerate(traces.receptions.items()):
         owner, _, way = link.rpartition("/")
-        message = types.Reception(
-            stamp=build.time_message(types, start + end_ns),
-            epoch=SERVER_EPOCH if way == "up" else _epoch(traces, owner),
-            seq=1 + (number // 2 if way == "up" else 0),
-            link=link,
-            sender=0,
-            **received.counts,
-            **received.passage,
-        )
-        yield end_ns, f"/{'server' if way == 'up' else owner}/reception", message
+        at_server = way == "up"
+        seq, epoch = (1 + number // 2, SERVER_EPOCH) if at_server else (1, _epoch(traces, owner))
+        stamp = build.time_message(types, start + end_ns)
+        head = {"stamp": stamp, "epoch": epoch, "seq": seq, "link": link, "sender": 0}
+        message = types.Reception(**head, **received.counts, **received.passage)
+        yield end_ns, f"/{'server' if at_server else owner}/reception", message
     users = {user.name: user for user in scenario.users}
-    for link, all_fates in traces.fates.items():
+    for link, fates in traces.fates.items():
         owner, _, way = link.rpartition("/")
         params = getattr(users[owner], f"link_{way}")
         # packets still in flight at the end of the session never came out
-        out_ns = all_fates.time_out_ns
-        fates = replace(all_fates, time_out_ns=np.where(out_ns < end_ns, out_ns, 0))
-        for at_ns, message in fate_blocks(types, fates, start):
-            yield at_ns, "/netem/fates", message
-        for at_ns, message in state_blocks(types, fates, params, start, seed=scenario.seed):
-            yield at_ns, "/netem/links", message
+        out_ns = np.where(fates.time_out_ns < end_ns, fates.time_out_ns, 0)
+        ended = replace(fates, time_out_ns=out_ns)
+        yield from fate_blocks(types, ended, start)
+        yield from state_blocks(types, ended, params, start, seed=scenario.seed)
 
 
 def _epoch(traces: SessionTraces, name: str) -> int:
@@ -134,18 +122,17 @@ def _master_blocks(
     edges = [0, *user.block_ends.tolist()]
     signals = {name: getattr(user, trace) for name, trace in TRACES.items()}
     signals |= {"lateness": user.lateness_s, "compute": user.compute_s}
-    signals["looked"] = user.nearest_look_ns
+    signals |= {"looked": user.nearest_look_ns}
     known = bool(np.isfinite(user.f_h).all())
     for block, (first, after) in enumerate(itertools.pairwise(edges)):
-        series = {name: array[first:after].ravel() for name, array in signals.items()}
-        last = block == len(edges) - 2
+        at_ns, last = _ns(user.time_s[first]), block == len(edges) - 2
         message = build.master_trace(
             types,
-            series,
-            taken=list(_taken(received, first, after)),
+            {name: array[first:after].ravel() for name, array in signals.items()},
+            taken=_taken(received, first, after),
             changes=int(user.changes[block]) if len(user.changes) else 0,
-            stamp_ns=start + _ns(user.time_s[first]),
-            start_ns=_ns(user.time_s[first]),
+            stamp_ns=start + at_ns,
+            start_ns=at_ns,
             epoch=epoch,
             seq=block + 1,
             first_tick=int(user.tick[first]),
@@ -156,8 +143,8 @@ def _master_blocks(
             missed=user.missed if last else 0,
             safety_events=int(user.safety_events) if last else 0,
             hand_force_known=known,
-            energy={name: user.energy[name][block] for name in ENERGIES},
-            accounts={name: values[block] for name, values in user.accounts.items()},
+            energy={name: sums[block] for name, sums in user.energy.items()},
+            accounts={name: sums[block] for name, sums in user.accounts.items()},
         )
         yield _ns(user.block_time_s[block]), f"/{user.name}/trace", message
 
@@ -165,13 +152,13 @@ def _master_blocks(
 def _server_steps(
     types: MessageTypes, server: ServerTraces, traces: SessionTraces, start: int
 ) -> Iterator[Outgoing]:
-    late = traces.metadata.get("server_lateness_s", np.zeros(len(server.time_s)))
+    late_s = traces.metadata.get("server_lateness_s", np.zeros(len(server.time_s)))
     received = [traces.taken.get(f"{name}/up") for name in server.users]
-    each = (*OF_AVATARS, "state", "contact", "energy_u_s", "energy_v_s")
-    whole = (*OF_OBJECT, "kinetic", "potential", "dissipated")
-    for row, (time_s, late_s) in enumerate(zip(server.time_s, late, strict=True)):
-        fields: dict[str, Any] = {name: [a[row] for a in getattr(server, name)] for name in each}
-        fields |= {name: getattr(server, name)[row] for name in whole}
+    for row, time_s in enumerate(server.time_s):
+        fields: dict[str, Any] = {
+            name: [a[row] for a in getattr(server, name)] for name in OF_USERS
+        }
+        fields |= {name: getattr(server, name)[row] for name in OF_STEP}
         message = build.server_trace(
             types,
             stamp_ns=start + _ns(time_s),
@@ -188,8 +175,8 @@ def _server_steps(
             ],
             looked=int(server.nearest_look_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,
-            accounts={name: values[row] for name, values in server.accounts.items()},
-            lateness=float(late_s),
+            accounts={name: sums[row] for name, sums in server.accounts.items()},
+            lateness=float(late_s[row]),
             **fields,
         )
         yield _ns(time_s), "/server/trace", message
@@ -199,28 +186,24 @@ def _packets(
     types: MessageTypes, packets: PacketTraces, scenario: Scenario, start: int
 ) -> Iterator[Outgoing]:
     flags = 0 if has_waves(scenario.controller) else FLAG_DIRECT
-    for row, time_s in enumerate(packets.time_s):
-        sent_ns = int(packets.sent_ns[row])
-        packet = WavePacket(
-            epoch=int(packets.epoch[row]),
-            seq=int(packets.seq[row]),
-            sent_ns=sent_ns,
-            period=float(packets.period_s[row]),
-            wave=packets.wave[row],
-            integral=packets.integral[row],
-            energy=float(packets.energy[row]),
-            position=packets.position[row],
-            flags=flags,
-        )
-        yield _ns(time_s), packets.topic, build.wave(types, packet, start + sent_ns)
+    numbers = (packets.epoch, packets.seq, packets.sent_ns, packets.period_s, packets.energy)
+    columns = (each.tolist() for each in numbers)
+    signals = packets.wave, packets.integral, packets.position
+    for time_s, epoch, seq, sent_ns, period, energy, wave, integral, position in zip(
+        packets.time_s, *columns, *signals, strict=True
+    ):
+        content = epoch, seq, sent_ns, period, wave, integral, energy, position
+        packet = WavePacket(*content, flags=flags)
+        message = build.wave(types, packet, start + packet.sent_ns)
+        yield _ns(time_s), packets.topic, message
 
 
-def _taken(taken: TakenTraces | None, first: int, after: int) -> Iterator[tuple[int, int, int]]:
-    """Yield row, number and sender's epoch of what was taken in by rows of the traces; rows count
+def _taken(taken: TakenTraces | None, first: int, after: int) -> list[tuple[int, int, int]]:
+    """Return row, number and sender's epoch of what was taken in by rows of the traces; rows count
     from the first of them.
     """
     if taken is None:
-        return
-    begin, end = np.searchsorted(taken.row, [first, after])
-    for at in range(begin, end):
-        yield int(taken.row[at]) - first, int(taken.seq[at]), int(taken.epoch[at])
+        return []
+    inside = slice(*np.searchsorted(taken.row, [first, after]))
+    columns = taken.row[inside] - first, taken.seq[inside], taken.epoch[inside]
+    return list(zip(*(column.tolist() for column in columns), strict=True))

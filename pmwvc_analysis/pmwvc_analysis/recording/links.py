@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording import clocks
-from pmwvc_analysis.recording.format.topics import relayed, source_of
 from pmwvc_analysis.recording.sequence import GapCounter
+from pmwvc_analysis.recording.topics import relayed, source_of
 from pmwvc_core.network.in_flight import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Array, Flags
@@ -30,15 +30,15 @@ from pmwvc_core.runtime.misfits import LinkState, PacketFate, Reception
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces
 from pmwvc_core.transport.receiver import PASSAGE, REFUSED
 
-BLOCK_NS = 500_000_000
-STATE_NS = 1_000_000_000
+BLOCK_NS, STATE_NS = 500_000_000, 1_000_000_000
+Outgoing = tuple[int, str, Any]  # time on the session's time line [ns], topic, message
 COLUMNS = {name: name for name in PUBLISHED} | {"bytes": "size_bytes"}
-_RECEIVED = ["accepted", "beginnings", "lost", "duplicate", "reordered", *REFUSED]
-_RECEIVED.append("other_controller")
+RECEIVED = ("accepted", "beginnings", "lost", "duplicate", "reordered", *REFUSED)
+DROPPED = (FateKind.DROPPED_RATE, FateKind.DROPPED_QUEUE)
 
 
-def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:
-    """Yield PacketFate messages of half a second with the time of the last packet in each [ns]."""
+def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[Outgoing]:
+    """Yield PacketFate messages of half a second, each at the time of its last packet."""
     blocks = fates.time_in_ns // BLOCK_NS
     edges = [0, *(np.flatnonzero(np.diff(blocks)) + 1).tolist(), len(blocks)]
     for first, after in itertools.pairwise(edges):
@@ -47,35 +47,33 @@ def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[
         columns = {field: getattr(fates, name)[first:after] for field, name in COLUMNS.items()}
         at_ns = int(columns["time_in_ns"].max())
         head: dict[str, Any] = {"stamp_ns": start + at_ns, "link": fates.link, "first": first + 1}
-        yield at_ns, build.packet_fates(types, **head, **columns)
+        yield at_ns, "/netem/fates", build.packet_fates(types, **head, **columns)
 
 
 def state_blocks(
     types: MessageTypes, fates: FateTraces, params: LinkParams, start: int, *, seed: int
-) -> Iterator[tuple[int, Any]]:
-    """Yield one LinkState message a second, with its time [ns]."""
-    if not len(fates.number):
-        return
+) -> Iterator[Outgoing]:
+    """Yield a LinkState message a second."""
     out = fates.time_out_ns > 0
-    delays = (fates.time_out_ns - fates.time_in_ns) * 1e-9
+    went_in = {
+        "in_count": fates.fate != FateKind.DUPLICATE,
+        "lost": fates.fate == FateKind.LOST,
+        "duplicated": fates.fate == FateKind.DUPLICATE,
+        "corrupted": fates.cause == Cause.CORRUPTION,
+        "dropped": np.isin(fates.fate, DROPPED),
+        "queued": out,  # less those that went out
+    }
+    delays_s = (fates.time_out_ns - fates.time_in_ns) * 1e-9
     overtaken = reordered(fates)
-    end = int(max(fates.time_in_ns.max(), fates.time_out_ns.max()))
-    for seq, at_ns in enumerate(range(STATE_NS, end + STATE_NS, STATE_NS), start=1):
-        came, left = fates.time_in_ns < at_ns, out & (fates.time_out_ns < at_ns)
+    end_ns = int(max(fates.time_in_ns.max(initial=0), fates.time_out_ns.max(initial=0)))
+    for seq, at_ns in enumerate(range(STATE_NS, end_ns + STATE_NS, STATE_NS), start=1):
+        left = out & (fates.time_out_ns < at_ns)
+        counts = {n: int((each & (fates.time_in_ns < at_ns)).sum()) for n, each in went_in.items()}
+        counts |= {"out_count": int(left.sum()), "reordered": int((overtaken & left).sum())}
+        counts["queued"] -= counts["out_count"]
         recent = left & (fates.time_out_ns >= at_ns - STATE_NS)
-        now = delays[recent] if recent.any() else np.zeros(1)
-        kinds = fates.fate[came]
-        counts = {
-            "in_count": int((came & (fates.fate != FateKind.DUPLICATE)).sum()),
-            "out_count": int(left.sum()),
-            "lost": int((kinds == FateKind.LOST).sum()),
-            "duplicated": int((kinds == FateKind.DUPLICATE).sum()),
-            "reordered": int((overtaken & left).sum()),
-            "corrupted": int((fates.cause[came] == Cause.CORRUPTION).sum()),
-            "queued": int((came & out).sum() - left.sum()),
-            "dropped": int(np.isin(kinds, DROPPED).sum()),
-        }
-        figures = {"delay_mean": now.mean(), "delay_min": now.min(), "delay_max": now.max()}
+        now_s = delays_s[recent] if recent.any() else np.zeros(1)
+        figures = {"delay_mean": now_s.mean(), "delay_min": now_s.min(), "delay_max": now_s.max()}
         message = build.link_state(
             types,
             stamp_ns=start + at_ns,
@@ -87,7 +85,7 @@ def state_blocks(
             params=params,
             seed=seed,
         )
-        yield at_ns, message
+        yield at_ns, "/netem/links", message
 
 
 def reordered(fates: FateTraces) -> Flags:
@@ -103,34 +101,31 @@ def reordered(fates: FateTraces) -> Flags:
 
 def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
     """Return the fate of each packet of a link, blocks in order and repeated ones left out."""
-    blocks = list({int(m.first): m for m in sorted(messages, key=lambda m: int(m.first))}.values())
-    numbers = [np.arange(len(b.seq), dtype=np.int64) + int(b.first) for b in blocks]
+    blocks = dict(sorted({int(message.first): message for message in messages}.items()))
+    numbers = [np.arange(len(block.seq), dtype=np.int64) + n for n, block in blocks.items()]
     columns: dict[str, Any] = {}
     for field, name in COLUMNS.items():
-        values = np.concatenate([np.asarray(getattr(block, field)) for block in blocks])
+        values = np.concatenate([getattr(block, field) for block in blocks.values()])
         columns[name] = values.astype(np.uint64 if name == "epoch" else np.int64)
     return FateTraces(link=link, number=np.concatenate(numbers), **columns)
 
 
 def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Array]:
     """Return counts, delays and settings of a link over time, by the names of LinkState."""
-    stamps = clocks.stamps(messages)
-    order = np.argsort(stamps, kind="stable")
-    fields = vars(messages[0]).items()
-    names = [name for name, value in fields if isinstance(value, int | float)]
-    columns = {n: np.array([getattr(m, n) for m in messages], dtype=float)[order] for n in names}
-    return {"time_s": clocks.seconds(stamps[order], zero_ns)} | columns
+    ordered = sorted(messages, key=lambda each: nanoseconds(each.stamp))
+    names = [name for name, value in vars(ordered[0]).items() if isinstance(value, int | float)]
+    columns = {n: np.array([getattr(m, n) for m in ordered], dtype=float) for n in names}
+    return {"time_s": clocks.seconds(clocks.stamps(ordered), zero_ns)} | columns
 
 
 def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:
     """Return the last report of each start of a receiver, added up."""
     last = {int(message.epoch): message for message in sorted(messages, key=lambda m: m.seq)}
-    passage = dict.fromkeys(PASSAGE, math.nan)
-    for message in sorted(messages, key=lambda each: nanoseconds(each.stamp)):
-        values = {name: float(getattr(message, name)) for name in PASSAGE}
-        if math.isfinite(values["round_trip"]):
-            passage = values
-    counts = {name: sum(int(getattr(m, name)) for m in last.values()) for name in _RECEIVED}
+    names = (*RECEIVED, "other_controller")
+    counts = {name: sum(int(getattr(m, name)) for m in last.values()) for name in names}
+    known = [message for message in messages if math.isfinite(message.round_trip)]
+    newest = max(known, key=lambda each: nanoseconds(each.stamp), default=None)
+    passage = {name: float(getattr(newest, name, math.nan)) for name in PASSAGE}
     return ReceptionTraces(link, receivers=len(last), counts=counts, passage=passage)
 
 
@@ -141,13 +136,10 @@ def fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> di
     """
     found = {}
     for link, messages in of_links.items():
-        if blocks := [message for message in messages if len(message.time_in_ns)]:
-            last_in = np.array([int(np.max(block.time_in_ns)) for block in blocks])
-            found[link] = zero_ns - int(np.min(clocks.stamps(blocks) - last_in))
+        blocks = [(nanoseconds(m.stamp), m.time_in_ns) for m in messages if len(m.time_in_ns)]
+        if blocks:
+            found[link] = zero_ns - min(at_ns - int(times_ns.max()) for at_ns, times_ns in blocks)
     return found
-
-
-DROPPED = (FateKind.DROPPED_RATE, FateKind.DROPPED_QUEUE)
 
 
 def came_out(fates: FateTraces) -> Flags:
@@ -186,21 +178,23 @@ def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:
     Judged are those up to the last one that the link knows of each sender. Records of fates that
     are missing themselves may have been of such packets: these are not counted.
     """
-    absent: list[int] = []
-    for epoch in np.unique(fates.epoch):
-        known = fates.seq[fates.epoch == epoch]
-        sent = packets.seq[packets.epoch == epoch]
-        sent = sent[sent <= known.max()]
-        absent += np.setdiff1d(sent, known).tolist()
-    unknown = int(fates.number[-1]) - len(fates.number) if len(fates.number) else 0
-    return max(len(absent) - unknown, 0), min(absent, default=0)
+    known = _numbers(fates)
+    last = dict(sorted(known))  # by sender
+    sent = _numbers(packets) - known
+    absent = sorted(seq for epoch, seq in sent if seq <= last.get(epoch, 0))
+    unknown = int(fates.number[-1]) - len(fates.number)
+    return max(len(absent) - unknown, 0), absent[0] if absent else 0
 
 
 def _not_recorded(packets: PacketTraces | None, fates: FateTraces) -> int:
     """Return how many packets a link delivered whole that the file does not hold."""
-    out, missing = came_out(fates) & (fates.cause != Cause.CORRUPTION), 0
-    for epoch in np.unique(fates.epoch):
-        numbers = fates.seq[out & (fates.epoch == epoch)]
-        recorded = [] if packets is None else packets.seq[packets.epoch == epoch]
-        missing += len(np.setdiff1d(numbers, recorded))
-    return missing
+    whole = came_out(fates) & (fates.cause != Cause.CORRUPTION)
+    return len(_numbers(fates, whole) - (_numbers(packets) if packets else set()))
+
+
+def _numbers(traces: PacketTraces | FateTraces, rows: Flags | None = None) -> set[tuple[int, int]]:
+    """Return sender's epoch and number of packets."""
+    columns = (
+        (traces.epoch, traces.seq) if rows is None else (traces.epoch[rows], traces.seq[rows])
+    )
+    return set(zip(*(column.tolist() for column in columns), strict=True))

@@ -19,88 +19,98 @@ What is left out changes no verdict. It is an event of kind ``stranger``.
 import bisect
 import itertools
 from collections import defaultdict
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.recording import clocks
-from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording import clocks, schemas
 from pmwvc_analysis.recording.sequence import Numbered
 from pmwvc_core.numeric import Integers
-from pmwvc_core.plural import count
 from pmwvc_core.runtime.misfits import misfit
+from pmwvc_core.words import count
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
 LATEST_NS = 1 << 62  # log times beyond overflow
 CLOCK_NS = 1_000_000_000  # a single message whose clock differs by this much from its neighbours'
+TRACES = (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
+WITH_EPOCH = (*TRACES, schemas.WAVE, schemas.RECEPTION)
 
 
-@dataclass
-class TopicMessages:
-    """The decoded messages of one topic, their numbers, and when each was recorded [ns]."""
+class Decoded(NamedTuple):
+    """A decoded message, its numbers, and when it was recorded [ns]."""
 
-    log_ns: list[int] = field(default_factory=list)
-    messages: list[Any] = field(default_factory=list)
-    numbers: list[Numbered] = field(default_factory=list)
+    log_ns: int
+    message: Any
+    number: Numbered
 
 
-Topics = dict[str, TopicMessages]
+class Series(NamedTuple):
+    """The messages of one topic, of one type, in the order of the file."""
+
+    type_name: str
+    rows: list[Decoded]
+
+    @property
+    def messages(self) -> list[Any]:
+        """The messages alone."""
+        return [row.message for row in self.rows]
+
+
+Topics = dict[str, Series]
 Events = list[dict[str, Any]]
 
 
-def keep_own(by_topic: Topics, types: Mapping[str, str]) -> Events:
-    """Remove from ``by_topic`` what is not the session's own; return that as events."""
+def keep_own(topics: Topics) -> Events:
+    """Remove from ``topics`` what is not the session's own; return that as events."""
     found: Events = []
-    for topic, kind in types.items():
-        name, series = kind.rpartition("/")[2], by_topic[topic]
+    for topic, (kind, rows) in topics.items():
         problems = [
-            misfit(name, message) if log_ns < LATEST_NS else f"recorded at {log_ns} ns"
-            for log_ns, message in zip(series.log_ns, series.messages, strict=True)
+            misfit(kind.rpartition("/")[2], message)
+            if log_ns < LATEST_NS
+            else f"recorded at {log_ns} ns"
+            for log_ns, message, _ in rows
         ]
         why = f"whose fields do not fit together ({next(filter(None, problems), '')})"
-        found += _keep(topic, series, [problem is None for problem in problems], why)
-    for topic, epochs in _own_epochs(by_topic, types).items():
-        series = by_topic[topic]
-        own = [int(message.epoch) in epochs for message in series.messages]
-        found += _keep(topic, series, own, "from another publisher")
-    for topic, kind in types.items():
-        series, why = by_topic[topic], "out of sequence"
-        found += _keep(topic, series, _continuing(series, kind), why)
+        found += _keep(topic, rows, [problem is None for problem in problems], why)
+    for topic, epochs in _own_epochs(topics).items():
+        rows = topics[topic].rows
+        own = [int(row.message.epoch) in epochs for row in rows]
+        found += _keep(topic, rows, own, "from another publisher")
+    for topic, series in topics.items():
+        found += _keep(topic, series.rows, _continuing(series), "out of sequence")
     return found
 
 
-def _keep(topic: str, series: TopicMessages, own: list[bool], why: str) -> Events:
+def _keep(topic: str, rows: list[Decoded], own: list[bool], why: str) -> Events:
     """Keep the messages of a topic for which ``own`` is true; return an event of the others."""
     if not (left_out := own.count(False)):
         return []
-    first_ns = series.log_ns[own.index(False)]
-    kept: list[list[Any]] = [series.log_ns, series.messages, series.numbers]
-    for values in kept:
-        values[:] = itertools.compress(values, own)
+    first_ns = rows[own.index(False)].log_ns
+    rows[:] = itertools.compress(rows, own)
     what = f"{count(left_out, 'message')} on {topic} {why}, left out"
     return [{"time_ns": first_ns, "who": topic, "kind": "stranger", "what": what}]
 
 
-def _own_epochs(by_topic: Topics, types: Mapping[str, str]) -> dict[str, set[int]]:
+Spans = Mapping[int, tuple[int, int, int]]  # epoch: first and last log time [ns], messages
+
+
+def _own_epochs(topics: Topics) -> dict[str, set[int]]:
     """Return the session's own epochs on every topic that carries one."""
-    waves = {t: _spans(by_topic[t]) for t, kind in types.items() if kind == schemas.WAVE}
-    own: dict[str, set[int]] = {}
-    of_sender: dict[str, set[int]] = {}
-    for topic, kind in types.items():
-        if kind not in (schemas.MASTER_TRACE, schemas.SERVER_TRACE):
-            continue
+    spans = {t: _spans(s.rows) for t, s in topics.items() if s.type_name in WITH_EPOCH}
+    known: dict[str, set[int]] = {}  # by node: those of its packets, then of its trace
+    for topic in spans:
+        if topics[topic].type_name == schemas.WAVE:
+            known[_sender(topic)] = {*known.get(_sender(topic), ()), *spans[topic]}
+    own = {}
+    for topic in sorted(spans, key=lambda each: topics[each].type_name not in TRACES):
         node = _sender(topic)
-        sent = {epoch for name, spans in waves.items() if _sender(name) == node for epoch in spans}
-        own[topic] = of_sender[node] = _in_turn(_spans(by_topic[topic]), sent)
-    for topic, kind in types.items():
-        if kind in (schemas.WAVE, schemas.RECEPTION):
-            known, spans = of_sender.get(_sender(topic), set()), _spans(by_topic[topic])
-            own[topic] = _in_turn(spans, known)
-            if kind == schemas.RECEPTION and own[topic] & known:  # a start that no trace has yet
-                ended_ns = max(spans[epoch][1] for epoch in own[topic])
-                own[topic] |= {epoch for epoch, (first, *_) in spans.items() if first > ended_ns}
+        own[topic] = _in_turn(spans[topic], known.get(node, set()))
+        if topics[topic].type_name in TRACES:
+            known[node] = own[topic]
+        if topics[topic].type_name == schemas.RECEPTION and own[topic] & known.get(node, set()):
+            ended_ns = max(spans[topic][epoch][1] for epoch in own[topic])  # no trace has it yet:
+            own[topic] |= {epoch for epoch, span in spans[topic].items() if span[0] > ended_ns}
     return own
 
 
@@ -112,15 +122,14 @@ def _sender(topic: str) -> str:
     return "server" if kind == "wave_down" else owner
 
 
-def _spans(series: TopicMessages) -> dict[int, tuple[int, int, int]]:
-    """Return per epoch the first and the last log time [ns] and the number of messages."""
+def _spans(rows: list[Decoded]) -> Spans:
     times: dict[int, list[int]] = defaultdict(list)
-    for log_ns, message in zip(series.log_ns, series.messages, strict=True):
+    for log_ns, message, _ in rows:
         times[int(message.epoch)].append(log_ns)
     return {epoch: (min(each), max(each), len(each)) for epoch, each in times.items()}
 
 
-def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> set[int]:
+def _in_turn(spans: Spans, known: set[int]) -> set[int]:
     """Return the epochs that follow one another, those with most messages first."""
     candidates = {e: s for e, s in spans.items() if e in known} or spans
     accepted: dict[int, tuple[int, int, int]] = {}
@@ -130,16 +139,16 @@ def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> 
     return set(accepted)
 
 
-def _continuing(series: TopicMessages, kind: str) -> list[bool]:
+def _continuing(series: Series) -> list[bool]:
     """Tell which messages continue one another, publisher by publisher."""
-    numbers = np.array([entry.first for entry in series.numbers], dtype=np.int64)
-    trace = kind in (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
+    kind, rows_of_topic = series
+    logs = np.array([row.log_ns for row in rows_of_topic], dtype=np.int64)
+    numbers = np.array([row.number.first for row in rows_of_topic], dtype=np.int64)
     if kind == schemas.MASTER_TRACE:
-        numbers = np.array([message.first_tick for message in series.messages], dtype=np.int64)
-    logs = np.array(series.log_ns, dtype=np.int64)
+        numbers = np.array([row.message.first_tick for row in rows_of_topic], dtype=np.int64)
     streams: dict[str, list[int]] = defaultdict(list)
-    for row, entry in enumerate(series.numbers):
-        streams[entry.stream].append(row)
+    for place, row in enumerate(rows_of_topic):
+        streams[row.number.stream].append(place)
     kept = np.zeros(len(numbers), dtype=bool)
     for stream in streams.values():
         rows = np.array(stream)
@@ -149,8 +158,8 @@ def _continuing(series: TopicMessages, kind: str) -> list[bool]:
         # the largest group of numbers without a jump that no loss explains
         cuts = np.flatnonzero(np.diff(numbers[rows]) > LARGEST_JUMP) + 1
         rows = max(np.split(rows, cuts), key=len)
-        if trace:
-            starts = clocks.monotonic_times([series.messages[row] for row in rows])
+        if kind in TRACES:
+            starts = clocks.monotonic_times([rows_of_topic[row].message for row in rows])
             increasing = _increasing(starts)
             rows, starts = rows[increasing], starts[increasing]
             if len(rows) > 1:  # as late as a neighbour, or recorded between both (it stood still)

@@ -5,30 +5,24 @@ kind ``parameter``.
 
 The values at the start are those of the nodes' parameter files. Changes of other programs' nodes
 are not looked at. A message is one event, however many parameters it changes together.
-
-The messages are decoded here: rosbags expects padding in front of an empty sequence of 8-byte
-numbers, which Fast DDS does not write.
 """
 
-import struct
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
+from pmwvc_analysis.recording import schemas
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params.names import flat_mapping
-from pmwvc_core.runtime.messages import NS_PER_S
+from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.scenario.names import spec_of, split_user
 from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_core.traces import ServerTraces, UserTraces
 
-_LONGEST = 100_000  # parameters or elements; a message of a session has no more
 KINDS = ("master", "server", "netem", "recorder")
 MOST_EVENTS = 100
 MOST_NAMES = 4  # in one event
@@ -39,13 +33,12 @@ NEVER = np.zeros(0), np.zeros(0)
 Settings = list[tuple[float, dict[str, Any]]]
 
 
-@dataclass(frozen=True)
-class ParameterChange:
+class ParameterChange(NamedTuple):
     """Values that a node changed together; a value that is a list is "a list"."""
 
     at_ns: int
     node: str
-    values: dict[str, Any] = field(default_factory=dict)
+    values: dict[str, Any]
 
 
 def taken_over(
@@ -87,49 +80,22 @@ def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Arr
     return due_s, due_s + trace.nearest_look_ns[rows] * 1e-9
 
 
-class _FieldReader:
-    """Reads one field of a message after the other; alignment counts from the encapsulation on."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data, self._at = data[4:], 0
-        self._order = "<" if data[1] == 1 else ">"
-
-    def number(self, code: str) -> Any:
-        self._at += -self._at % struct.calcsize(code)
-        (value,) = struct.unpack_from(self._order + code, self._data, self._at)
-        self._at += struct.calcsize(code)
-        return value
-
-    def each(self, read: Callable[[], Any]) -> list[Any]:
-        """Return the elements of a sequence."""
-        if (count := self.number("I")) > _LONGEST:
-            raise ValueError(f"{count} elements")
-        return [read() for _ in range(count)]
-
-    def text(self) -> str:
-        raw = b"".join(self.each(lambda: self.number("c")))
-        return raw.rstrip(b"\0").decode("utf-8", errors="replace")
-
-    def parameter(self) -> tuple[str, Any]:
-        name, kind = self.text(), self.number("B")
-        plain = {code: self.number(form) for code, form in enumerate("?qd", start=1)}
-        plain[4] = self.text()
-        for form in "B?qd":
-            self.each(partial(self.number, form))
-        self.each(self.text)
-        return name, plain.get(kind, "a list")
-
-
 def parameter_change(data: bytes) -> ParameterChange | None:
     """Return a message's changed parameters, or None where it is no such message."""
-    try:
-        reader = _FieldReader(data)
-        seconds, nanoseconds, node = reader.number("i"), reader.number("I"), reader.text()
-        reader.each(reader.parameter)  # new ones
-        values = dict(reader.each(reader.parameter))
-    except (struct.error, ValueError, IndexError):
+    store = schemas.typestore()
+    definition = store.get_msgdef(schemas.PARAMETER_EVENT)
+    decode = definition.deserialize_cdr_le if data[1:2] == b"\1" else definition.deserialize_cdr_be
+    try:  # not the store's own way: it refuses the bytes that Fast DDS leaves behind a message
+        event: Any = decode(memoryview(data)[4:], 0, definition.cls, store)[0]
+    except Exception:  # rosbags raises many kinds
         return None
-    return ParameterChange(seconds * NS_PER_S + nanoseconds, node, values)
+    values = {each.name: _plain(each.value) for each in event.changed_parameters}
+    return ParameterChange(nanoseconds(event.stamp), event.node, values)
+
+
+def _plain(value: Any) -> Any:
+    plain = (value.bool_value, value.integer_value, value.double_value, value.string_value)
+    return dict(enumerate(plain, start=1)).get(value.type, "a list")
 
 
 def parameter_changes(
@@ -141,35 +107,31 @@ def parameter_changes(
     The session folder has the nodes' parameter files in ``nodes``. Before the begin of the
     session only what differs from the files counts.
     """
-    known: dict[tuple[str, str], Any] = {}
+    nodes = {change.node for change in changes}
+    known = {(node, name): value for node in nodes for name, value in _at_start(folder, node)}
     found: list[dict[str, Any]] = []
     settings: Settings = []
-    count = 0
-    for node in {change.node for change in changes}:
-        known |= {(node, name): value for name, value in _at_start(folder, node)}
-    for change in changes:
-        node = change.node
+    for at_ns, node, values in changes:
         if node.rpartition("/")[2] not in KINDS:
             continue
         texts: list[str] = []
         set_to: dict[str, Any] = {}
-        for name, value in change.values.items():
+        for name, value in values.items():
             before = known.get((node, name))
             known[node, name] = value
-            if value != before and (before is not None or change.at_ns >= zero_ns):
+            if value != before and (before is not None or at_ns >= zero_ns):
                 texts.append(_text(name, before, value))
                 set_to |= _in_scenario(node, name, value)
         if set_to:
-            settings.append(((change.at_ns - zero_ns) * 1e-9, set_to))
-        count += bool(texts)
-        if texts and count <= MOST_EVENTS:
+            settings.append(((at_ns - zero_ns) * 1e-9, set_to))
+        if texts:
             more = len(texts) - MOST_NAMES
             what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
             who = " ".join(node.strip("/").split("/")[-2:])
-            found.append({"time_ns": change.at_ns, "who": who, "kind": "parameter", "what": what})
-    if count > MOST_EVENTS:
-        what = f"{count - MOST_EVENTS} more changes of parameters"
-        found.append({"time_s": None, "who": "session", "kind": "parameter", "what": what})
+            found.append({"time_ns": at_ns, "who": who, "kind": "parameter", "what": what})
+    if (more := len(found) - MOST_EVENTS) > 0:
+        what = f"{more} more changes of parameters"
+        found[MOST_EVENTS:] = [{"who": "session", "kind": "parameter", "what": what}]
     return found, settings
 
 

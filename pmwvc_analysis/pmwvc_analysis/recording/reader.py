@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording import assemble, links
+from pmwvc_analysis.recording import assemble, links, schemas
 from pmwvc_analysis.recording.clocks import time_lines
 from pmwvc_analysis.recording.content import CUT, Content, hand_targets, read_content
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.scenario_file import mapping_in
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_analysis.recording.salvage import WHOLE
+from pmwvc_analysis.recording.scenario_file import mapping_in
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.scenario.reader import parse_scenario
@@ -35,16 +34,15 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     """Return decoded messages as traces; ``folder`` may hold the runner's notes. RecordingError
     where no message is of a session.
     """
-    logs = [log_ns for series in content.by_topic.values() for log_ns in series.log_ns]
+    logs = [row.log_ns for series in content.topics.values() for row in series.rows]
     if not logs:
         raise RecordingError(_nothing(folder, content))
     masters = {
         topic.strip("/").rpartition("/")[0]: series.messages
-        for topic, series in sorted(content.of_type(schemas.MASTER_TRACE).items())
+        for topic, series in content.of_type(schemas.MASTER_TRACE).items()
     }
-    servers = content.of_type(schemas.SERVER_TRACE).values()
-    steps = [step for series in servers for step in series.messages]
-    steps_log_ns = [log_ns for series in servers for log_ns in series.log_ns]
+    rows = [row for each in content.of_type(schemas.SERVER_TRACE).values() for row in each.rows]
+    steps, steps_log_ns = [row.message for row in rows], [row.log_ns for row in rows]
     waves, states = content.of_type(schemas.WAVE), content.of_links(schemas.LINK_STATE)
     reports = content.of_links(schemas.RECEPTION)
     fate_messages = content.of_links(schemas.PACKET_FATE)
@@ -53,44 +51,39 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     times, server_ns, alignment = time_lines(masters, steps, steps_log_ns, packets, fates)
     starts = [int(each.min()) for each in (*times.values(), server_ns) if len(each)]
     zero_ns = min(starts or logs)
-    users, server, lateness, received = [], None, np.zeros(0), {}
-    if steps:
-        server, lateness, taken = assemble.server_traces(steps, server_ns, zero_ns=zero_ns)
-        received = {f"{name}/up": packets for name, packets in taken.items()}
-    for name, blocks in masters.items():
-        user, own = assemble.user_traces(name, blocks, times[name], zero_ns=zero_ns)
-        users.append(user)
-        if own is not None:
-            received[f"{name}/down"] = own
-    # To the end of the last tick of a user: the server runs on a little after the users have left.
-    ends = [float(user.time_s[-1]) + user.tick_s for user in users if len(user.time_s)]
-    if server is not None and not ends:
-        ends.append(float(server.time_s[-1]) + server.period_s)
+    about: dict[str, Any] = {"zero_ns": zero_ns, "alignment": alignment}
+    about["fate_zero_ns"] = links.fate_zeros(fate_messages, zero_ns)
     traces = SessionTraces(
         source=content.metadata.get("session", {}).get("source", "live"),
-        duration_s=max(ends, default=(max(logs) - min(logs)) * 1e-9),
-        users=users,
-        server=server,
+        duration_s=(max(logs) - min(logs)) * 1e-9,
+        users=[],
+        server=None,
         packets={
-            topic: assemble.packet_traces(topic, series.messages, series.log_ns, zero_ns=zero_ns)
+            topic: assemble.packet_traces(topic, series.rows, zero_ns=zero_ns)
             for topic, series in waves.items()
         },
         fates=fates,
         receptions={link: links.reception_traces(link, each) for link, each in reports.items()},
-        taken=received,
         link_states={link: links.link_states(m, zero_ns=zero_ns) for link, m in states.items()},
-        metadata={
-            **content.metadata,
-            "zero_ns": zero_ns,
-            "server_lateness_s": lateness,
-            "alignment": alignment,
-            "fate_zero_ns": links.fate_zeros(fate_messages, zero_ns),
-        },
+        targets=dict(hand_targets(content.hands, zero_ns)),
+        metadata={**content.metadata, "server_lateness_s": np.zeros(0), **about},
     )
+    # To the end of the last tick of a user: the server runs on a little after the users have left.
+    ends = []
+    if steps:
+        server, late_s, taken = assemble.server_traces(steps, server_ns, zero_ns=zero_ns)
+        traces.server, traces.metadata["server_lateness_s"] = server, late_s
+        traces.taken = {f"{name}/up": packets for name, packets in taken.items()}
+        ends = [] if masters else [float(server.time_s[-1]) + server.period_s]
+    for name, blocks in masters.items():
+        user, own = assemble.user_traces(name, blocks, times[name], zero_ns=zero_ns)
+        traces.users.append(user)
+        traces.taken |= {} if own is None else {f"{name}/down": own}
+        ends.append(float(user.time_s[-1]) + user.tick_s)
+    traces.duration_s = max(ends, default=traces.duration_s)
     traces.counts, lost = links.topic_counts(content.counter, fates, traces.packets)
     changed, changes = parameter_changes(content.parameters, folder, zero_ns)
-    traces.settings = taken_over(changes, users, server)
-    traces.targets = dict(hand_targets(content.hands, zero_ns))
+    traces.settings = taken_over(changes, traces.users, traces.server)
     traces.events = _events(folder, content, changed, zero_ns) + lost
     return traces
 

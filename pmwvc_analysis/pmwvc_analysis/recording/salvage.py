@@ -1,14 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The messages of an MCAP file from front to back, as far as the file is whole, and a new session
-folder made of them.
+"""MCAP files from front to back: the messages as far as a file is whole, the check that it is, and
+a new session folder made of what is whole.
 
 A killed recorder leaves a file without index and footer, often cut in the middle of a record.
-Everything up to the last whole chunk is there, each chunk guarded by its checksum.
+Everything up to the last whole chunk is there, each chunk guarded by its checksum. The library
+checks chunks and the data section; here the summary is checked, and what it counts. Checksums that
+a writer left out (0) are noted.
 """
 
 import shutil
 import struct
+import zlib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,10 +20,11 @@ from typing import BinaryIO, NamedTuple
 
 from mcap import records as mcap
 from mcap.exceptions import EndOfFile, McapError
-from mcap.stream_reader import CRCValidationError, StreamReader
+from mcap.opcode import Opcode
+from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
 from zstandard import ZstdError
 
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.errors import RecordingError, file_errors
 
@@ -27,6 +32,8 @@ from pmwvc_core.errors import RecordingError, file_errors
 DAMAGE = (McapError, CRCValidationError, ZstdError, struct.error, ValueError, RuntimeError)
 WHOLE = "file was whole"
 COMPANIONS = ("scenario.yaml", "events.json", "nodes")
+CRC_BYTES = 4
+DATA_END = struct.pack("<BQ", Opcode.DATA_END, CRC_BYTES)  # in front of its checksum
 
 
 class RawMessage(NamedTuple):
@@ -41,13 +48,26 @@ class RawMessage(NamedTuple):
 
 @dataclass
 class Salvage:
-    """Everything else in the file, filled while its messages are iterated."""
+    """Everything else in a file, filled while its messages are iterated."""
 
     schemas: dict[str, str] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     topics: dict[str, None] = field(default_factory=dict)
     messages: int = 0
+    chunks: int = 0
     end: str | None = None  # why the file ends early; None: it is complete
+    problems: list[str] = field(default_factory=list)  # why it is not whole
+    notes: list[str] = field(default_factory=list)  # checksums that it has not
+
+    @property
+    def whole(self) -> bool:
+        """Tell whether nothing is wrong."""
+        return not self.problems
+
+    def needs(self, crc: int, what: str) -> None:
+        """Note a checksum that is not there."""
+        if not crc:
+            self.notes.append(f"no checksum of {what}")
 
 
 def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
@@ -56,70 +76,95 @@ def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
     """
     with file_errors(f"read {path}"):
         stream = open(path, "rb")
+    with stream:
+        yield from messages_in(stream, salvage)
+
+
+def messages_in(stream: BinaryIO, salvage: Salvage) -> Iterator[RawMessage]:
+    """As :func:`messages`, of an open file."""
     channels: dict[int, mcap.Channel] = {}
     names: dict[int, str] = {}
-    with stream:
-        try:
-            for record in StreamReader(stream, validate_crcs=True).records:
-                match record:
-                    case mcap.Schema(id=number, name=name, data=text):
-                        names[number] = name
-                        salvage.schemas[name] = text.decode("utf-8", "replace")
-                    case mcap.Channel():
-                        channels[record.id] = record
-                        salvage.topics[record.topic] = None
-                    case mcap.Metadata():
-                        salvage.metadata[record.name] = record.metadata
-                    case mcap.Message(log_time=log_ns, publish_time=publish_ns, data=data):
-                        if (channel := channels.get(record.channel_id)) is not None:
-                            salvage.messages += 1
-                            name = names.get(channel.schema_id, "")
-                            yield RawMessage(channel.topic, name, log_ns, publish_ns, data)
-        except DAMAGE as error:
-            salvage.end = damage(error, stream)
+    counts: Counter[int] = Counter()  # messages by channel
+    try:
+        for record in _records(stream, salvage, counts):
+            match record:
+                case mcap.Schema(id=number, name=name, data=text):
+                    names[number] = name
+                    salvage.schemas[name] = text.decode("utf-8", "replace")
+                case mcap.Channel():
+                    channels[record.id] = record
+                    salvage.topics[record.topic] = None
+                case mcap.Message(channel_id=number, log_time=log_ns, publish_time=publish_ns):
+                    counts[number] += 1
+                    if (channel := channels.get(number)) is None:
+                        what = f"messages of channel {number}, which is defined nowhere before"
+                        salvage.problems += [] if what in salvage.problems else [what]
+                        continue
+                    salvage.messages += 1
+                    name = names.get(channel.schema_id, "")
+                    yield RawMessage(channel.topic, name, log_ns, publish_ns, record.data)
+    except DAMAGE as error:
+        cut = isinstance(error, (EndOfFile, struct.error))
+        why = "cut in the middle of a record" if cut else str(error) or type(error).__name__
+        salvage.end = f"{why}, at byte {stream.tell()}"
+        salvage.problems.append(f"{salvage.end}: the file is damaged, or it was not closed")
 
 
-def damage(error: Exception, stream: BinaryIO) -> str:
-    """Return in words why a file ends early, and where."""
-    cut = isinstance(error, (EndOfFile, struct.error))
-    reason = "cut in the middle of a record" if cut else str(error) or type(error).__name__
-    return f"{reason}, at byte {stream.tell()}"
+def _records(
+    stream: BinaryIO, salvage: Salvage, counts: Counter[int]
+) -> Iterator[mcap.McapRecord]:
+    """Yield the definitions and messages of a file; check it, ``counts`` the messages so far."""
+    data_end = 0
+    for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
+        match record:
+            case mcap.Chunk(uncompressed_crc=crc):
+                salvage.chunks += 1
+                salvage.needs(crc, f"chunk {salvage.chunks}")
+                yield from breakup_chunk(record, validate_crc=True)
+            case mcap.Metadata():
+                salvage.metadata[record.name] = record.metadata
+            case mcap.DataEnd(data_section_crc=crc):
+                data_end = stream.tell()
+                salvage.needs(crc, "the data section")
+            case mcap.Statistics(channel_message_counts=stated, chunk_count=chunks):
+                if (Counter(stated), chunks) != (counts, salvage.chunks):
+                    salvage.problems.append("the statistics do not fit what is in the file")
+            case mcap.Footer():
+                _check_summary(stream, record, data_end, salvage)
+            case _:
+                yield record
+    if stream.read(1):
+        salvage.problems.append("bytes follow the end of the file")
 
 
-def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:
-    """Write what is whole in a damaged ``.mcap`` file as a new, complete session folder.
+def _check_summary(stream: BinaryIO, footer: mcap.Footer, data_end: int, salvage: Salvage) -> None:
+    """Check the end of the data, and what lies between it and the end of the footer."""
+    end, begin = stream.tell(), max(data_end - CRC_BYTES - len(DATA_END), 0)
+    stream.seek(begin)
+    found = stream.read(end - begin)
+    if not data_end or not found.startswith(DATA_END):
+        salvage.problems.append("there is no end of the data: the file was not finished")
+    salvage.needs(footer.summary_crc, "the summary")
+    summary = found[(footer.summary_start or data_end) - begin : -CRC_BYTES]
+    if footer.summary_crc not in (0, zlib.crc32(summary)):
+        salvage.problems.append("the checksum of the summary is wrong")
 
-    The damaged file is left as it is. Topics keep their names, types, times and bytes.
-    RecordingError where nothing can be read or written, or the new file does not read back whole.
-    """
-    salvage, again = Salvage(), Salvage()
-    with SessionWriter(target_folder) as writer:
-        for message in messages(damaged, salvage):
-            writer.add_topic(
-                Topic(message.topic, message.type_name, reliable=True, depth=10),
-                schema=salvage.schemas[message.type_name],
-            )
-            writer.write(
-                message.topic, message.data, log_ns=message.log_ns, publish_ns=message.publish_ns
-            )
-        for name, values in salvage.metadata.items():
-            if name != "rosbag2":
-                writer.add_metadata(name, values)
-        cut = salvage.end or WHOLE
-        writer.add_metadata("recovered", {"from": Path(damaged).name, "cut": cut})
-    count = sum(1 for _ in messages(writer.path, again))
-    if writer.problem or again.end or count != salvage.messages:
-        why = writer.problem or again.end or "the new file is incomplete"
-        read = f"{count} of {salvage.messages} messages read back"
-        raise RecordingError(f"recovery of {damaged} failed: {read}; {why}")
+
+def check_file(path: str | Path) -> Salvage:
+    """Read a file to its end; RecordingError where it cannot be opened."""
+    salvage = Salvage()
+    for _ in messages(path, salvage):
+        pass
     return salvage
 
 
 def mend(folder: str | Path, target: str | Path) -> str:
-    """Recover a session folder (or one file) into a new one; return as text what was kept.
+    """Write what is whole in a session folder (or one file) into a new one; return as text what
+    was kept. The damaged file is left as it is. Topics keep their names, types, times and bytes;
+    scenario, events and logs are copied.
 
-    Scenario, events and logs are copied. RecordingError where it holds not exactly one MCAP file,
-    or the file cannot be recovered.
+    RecordingError where it holds not exactly one MCAP file, nothing can be read or written, or the
+    new file does not read back whole.
     """
     source, new = Path(folder), Path(target)
     files = sorted(source.glob("*.mcap")) if source.is_dir() else [source]
@@ -127,12 +172,26 @@ def mend(folder: str | Path, target: str | Path) -> str:
         raise RecordingError(f"{source} holds {len(files)} .mcap files: name the one to mend")
     if new.exists() and (not new.is_dir() or any(new.iterdir())):
         raise RecordingError(f"{new} is not empty: a mended session needs a folder of its own")
-    salvage = recover(files[0], new)
+    (damaged,), salvage = files, Salvage()
+    with SessionWriter(new) as writer:
+        for topic, kind, log_ns, publish_ns, data in messages(damaged, salvage):
+            writer.add_topic(Topic(topic, kind, depth=10), schema=salvage.schemas[kind])
+            writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)
+        for name, values in salvage.metadata.items():
+            if name != "rosbag2":
+                writer.add_metadata(name, values)
+        cut = salvage.end or WHOLE
+        writer.add_metadata("recovered", {"from": damaged.name, "cut": cut})
+    again = check_file(writer.path)
+    if writer.problem or not again.whole or again.messages != salvage.messages:
+        why = "; ".join([writer.problem or "the new file is incomplete", *again.problems])
+        read = f"{again.messages} of {salvage.messages} messages read back"
+        raise RecordingError(f"recovery of {damaged} failed: {read}; {why}")
     with file_errors(f"write into {new}"):
         for name in COMPANIONS if source.is_dir() else ():
             if (source / name).is_dir():
                 shutil.copytree(source / name, new / name)
             elif (source / name).is_file():
                 shutil.copy2(source / name, new / name)
-    why = salvage.end or "the file was whole"
-    return f"{salvage.messages} messages of {files[0]} are in {new} ({why})"
+    why = salvage.end or f"the {WHOLE}"
+    return f"{salvage.messages} messages of {damaged} are in {new} ({why})"

@@ -13,7 +13,7 @@ import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording import schemas
 
 MOST_RANGES = 256  # of one publisher: hours of losses take no memory
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed

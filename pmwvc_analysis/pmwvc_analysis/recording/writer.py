@@ -18,9 +18,9 @@ from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer
 
-from pmwvc_analysis.recording.format import schemas, topics
-from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_analysis.recording import schemas, topics
 from pmwvc_analysis.recording.sequence import GapCounter, peek
+from pmwvc_analysis.recording.topics import Topic
 from pmwvc_core.errors import RecordingError, file_errors
 
 FILE_NAME = "session.mcap"
@@ -86,7 +86,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             number = self._writer.register_schema(name, "ros2msg", text.encode())
             self._types[name] = number, schemas.hash_of(text, name)
             self._chunk_bytes += len(text.encode())
-        qos, (schema_id, type_hash) = topics.dump([topic.qos()]), self._types[name]
+        qos, (schema_id, type_hash) = topics.dump(topic.qos), self._types[name]
         self._chunk_bytes += 2 * len(qos)
         metadata = {"offered_qos_profiles": qos.strip(), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)

@@ -25,14 +25,14 @@ from pmwvc_analysis.replay import times
 from pmwvc_analysis.replay.times import links, tick_numbers
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.traces.stages import stages as stages_of
-from pmwvc_core.ends.simulated_device import CATCH_UP_S
+from pmwvc_core.ends.user_end import CATCH_UP_S
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
+from pmwvc_core.frame import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.numeric import Flags, Integers
 from pmwvc_core.plant.forces import RecordedForce, recorded_params
 from pmwvc_core.plant.hands import Made
 from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, resting_remote
-from pmwvc_core.scenario.changes import Change, changes_text
+from pmwvc_core.scenario.names import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.traces import SessionTraces, UserTraces

@@ -18,7 +18,7 @@ from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.holes import SERVER, holes, of_user
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.frame.rows import SIGNALS
+from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
@@ -37,38 +37,32 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
     compared.
     """
     others = {user.name: user for user in replayed.users}
-    found = []
-    for user in recorded.users:
-        other = others[user.name]
-        own, again = (tick_numbers(each.time_s, user.tick_s) for each in (user, other))
-        _, mine, theirs = np.intersect1d(own, again, return_indices=True)
-        force = user.f_applied[mine] - other.f_applied[theirs]
-        position = user.x_m[mine] - other.x_m[theirs]
-        apart = np.flatnonzero(np.any((force != 0.0) | (position != 0.0), axis=-1))
-        first: dict[str, Any] = {"first_tick": None, "first_s": None, "first_signals": []}
-        if len(apart):
-            row, twin = int(mine[apart[0]]), int(theirs[apart[0]])
-            pairs = ((n, getattr(user, n)[row], getattr(other, n)[twin]) for n in SIGNALS)
-            first = {
-                "first_tick": int(user.tick[row]),
-                "first_s": float(own[row] * user.tick_s),
-                "first_signals": [
-                    name for name, a, b in pairs if not np.array_equal(a, b, equal_nan=True)
-                ],
-            }
-        found.append(
-            {
-                "name": user.name,
-                "ticks": len(mine),
-                "missing": len(again) + len(own[own <= again.max(initial=-1)]) - 2 * len(mine),
-                **first,
-                "force_max_n": _largest(force),
-                "force_rms_n": sums.rms(force),
-                "position_max_m": _largest(position),
-                "position_rms_m": sums.rms(position),
-            }
-        )
-    return found
+    return [_difference(user, others[user.name]) for user in recorded.users]
+
+
+def _difference(user: UserTraces, other: UserTraces) -> dict[str, Any]:
+    own, again = (tick_numbers(each.time_s, user.tick_s) for each in (user, other))
+    _, mine, theirs = np.intersect1d(own, again, return_indices=True)
+    force = user.f_applied[mine] - other.f_applied[theirs]
+    position = user.x_m[mine] - other.x_m[theirs]
+    apart = np.flatnonzero(np.any((force != 0.0) | (position != 0.0), axis=-1))
+    first: dict[str, Any] = {"first_tick": None, "first_s": None, "first_signals": []}
+    if len(apart):
+        row, twin = int(mine[apart[0]]), int(theirs[apart[0]])
+        pairs = ((name, getattr(user, name)[row], getattr(other, name)[twin]) for name in SIGNALS)
+        differ = [name for name, a, b in pairs if not np.array_equal(a, b, equal_nan=True)]
+        first_s = float(own[row] * user.tick_s)
+        first = {"first_tick": int(user.tick[row]), "first_s": first_s, "first_signals": differ}
+    return {
+        "name": user.name,
+        "ticks": len(mine),
+        "missing": len(again) + int((own <= again.max(initial=-1)).sum()) - 2 * len(mine),
+        **first,
+        "force_max_n": _largest(force),
+        "force_rms_n": sums.rms(force),
+        "position_max_m": _largest(position),
+        "position_rms_m": sums.rms(position),
+    }
 
 
 def exact(found: list[dict[str, Any]]) -> bool:
@@ -81,11 +75,9 @@ def exact(found: list[dict[str, Any]]) -> bool:
 
 def reproduced(found: list[dict[str, Any]]) -> bool:
     """Tell whether force and position were met within ``FORCE_N`` and ``POSITION_M``."""
-    return all(
-        user[what] is not None and user[what] <= most
-        for user in found
-        for what, most in (("force_max_n", FORCE_N), ("position_max_m", POSITION_M))
-    )
+    most = {"force_max_n": FORCE_N, "position_max_m": POSITION_M}
+    apart = ((user[name], largest) for user in found for name, largest in most.items())
+    return all(value is not None and value <= largest for value, largest in apart)
 
 
 def _largest(values: Array) -> float | None:
@@ -164,13 +156,12 @@ def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) 
     found = [*_unrecorded(traces), *_restarts(traces), *_unnamed_changes(traces)]
     for user in recorded.users:
         if traces.live and not user.device.is_simulated:
-            why = f"{user.name}: the device was a real one; here its model moves"
-            found.append(Inexact(0.0, why))
-        targets = traces.targets.get(user.name)
-        led = user.operator.from_outside and targets is not None and len(targets.time_s) > 0
+            why = "the device was a real one; here its model moves"
+            found.append(Inexact(0.0, f"{user.name}: {why}"))
+        led = user.operator.from_outside and user.name in traces.targets
         if led and hands[user.name] == "operator":  # the recorder may get a target later
-            why = f"{user.name}: the tick at which a target reached the hand was not recorded"
-            found.append(Inexact(0.0, why))
+            why = "the tick at which a target reached the hand was not recorded"
+            found.append(Inexact(0.0, f"{user.name}: {why}"))
     found += [limit for u in traces.users if hands[u.name] == "force" for limit in _pauses(u)]
     return sorted(found)
 
@@ -196,13 +187,9 @@ def _unrecorded(traces: SessionTraces) -> Iterator[Inexact]:
     for user in traces.users:
         for way in ("up", "down"):
             name = f"{user.name}/{way}"
-            taken = traces.taken.get(name)
-            if taken is None:
-                why = f"{name}: when packets were taken in was not recorded"
-                yield Inexact(0.0, why)
-                continue
-            strange = taken.epoch != own_sender(traces, name)
-            if strange.any():
+            if (taken := traces.taken.get(name)) is None:
+                yield Inexact(0.0, f"{name}: when packets were taken in was not recorded")
+            elif (strange := taken.epoch != own_sender(traces, name)).any():
                 rows = traces.server if way == "up" else user
                 time_s = float(rows.time_s[taken.row[strange][0]]) if rows is not None else 0.0
                 why = f"{name}: {strange.sum()} packets of another start of the sender came"
@@ -231,5 +218,5 @@ def _unnamed_changes(traces: SessionTraces) -> Iterator[Inexact]:
         for row in np.flatnonzero(np.diff(changes) > 0).tolist():
             at_s = float(time_s[row + 1])
             if not np.any(np.abs(named - at_s) < NEAR_S):
-                why = f"{who} took over a change that no recorded parameter event names"
-                yield Inexact(at_s, why)
+                why = "took over a change that no recorded parameter event names"
+                yield Inexact(at_s, f"{who} {why}")

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.recording.format.topics import source_of
+from pmwvc_analysis.recording.topics import source_of
 from pmwvc_analysis.traces.holes import of_server, of_user
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_core.network.in_flight import Cause, FateKind, RecordedFate, RecordedLink
@@ -72,8 +72,7 @@ def unknown_looks(traces: SessionTraces) -> list[str]:
     unknown = [user.name for user in traces.users if not len(user.looked_ns)]
     if traces.server is not None and not len(traces.server.looked_ns):
         unknown.append("the server")
-    what = "taken for the wake-up of a master, the deadline of a server step"
-    who = ", ".join(unknown)
+    who, what = ", ".join(unknown), "taken for the wake-up of a master, the deadline of a step"
     return [f"when {who} took packets in was not recorded: {what}"] if unknown else []
 
 
@@ -137,24 +136,23 @@ def links(
     for old, new in zip(recorded.users, replayed.users, strict=True):
         for way in ("up", "down"):
             name = f"{old.name}/{way}"
-            fates, looked = traces.fates.get(name), name in traces.taken and name in loops
+            fates, loop = traces.fates.get(name), loops.get(name)
+            loop = loop if name in traces.taken else None
+            before, after = (
+                user.master.frame_s if way == "up" else scenario.server.period_s
+                for scenario, user in ((recorded, old), (replayed, new))
+            )
             if getattr(old, f"link_{way}") != getattr(new, f"link_{way}"):
                 notes.append(f"{name}: other settings were given, so this link is simulated")
-            elif not looked and (fates is None or not len(fates.seq)):
+                continue
+            if loop is None and (fates is None or not len(fates.seq)):
                 notes.append(f"{name}: no packet fates were recorded, so this link is simulated")
-            else:
-                before, after = (
-                    user.master.frame_s if way == "up" else scenario.server.period_s
-                    for scenario, user in ((recorded, old), (replayed, new))
-                )
-                loop = loops[name] if looked else None
-                record = _record(traces, name, loop, same_rate=before == after)
-                found[name] = partial(RecordedLink, record, per_packet=after / before)
-                if after != before:
-                    notes.append(
-                        f"{name}: packets every {after * 1e3:g} ms instead of {before * 1e3:g} ms "
-                        "meet the fates recorded at their time"
-                    )
+                continue
+            record = _record(traces, name, loop, same_rate=before == after)
+            found[name] = partial(RecordedLink, record, per_packet=after / before)
+            if after != before:
+                rates = f"every {after * 1e3:g} ms instead of {before * 1e3:g} ms"
+                notes.append(f"{name}: packets {rates} meet the fates recorded at their time")
     return found, notes
 
 
@@ -206,9 +204,8 @@ def _instants(taken: TakenTraces, loop: LoopTimes) -> dict[tuple[int, int], dequ
     found: dict[tuple[int, int], deque[int]] = defaultdict(deque)
     behind = np.searchsorted(taken.row, taken.row, side="right") - 1 - np.arange(len(taken.row))
     at_ns = loop.looked_ns[taken.row] - behind
-    packets = zip(taken.epoch.tolist(), taken.seq.tolist(), strict=True)
-    for packet, time_ns in zip(packets, at_ns.tolist(), strict=True):
-        found[packet].append(time_ns)
+    for *packet, time_ns in np.stack([taken.epoch, taken.seq, at_ns], axis=-1).tolist():
+        found[tuple(packet)].append(time_ns)
     return found
 
 

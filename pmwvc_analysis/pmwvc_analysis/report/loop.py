@@ -14,10 +14,10 @@ from pmwvc_analysis.report.page import filled
 from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import LinkParams
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.filter_design import pole_of
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+from pmwvc_core.words import quantity
 
 PARTS: Mapping[str, tuple[str, ...]] = {
     "device": ("device_kinetic", "device_damping", "sample_hold", "safety"),

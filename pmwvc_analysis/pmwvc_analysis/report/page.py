@@ -10,7 +10,7 @@ from typing import Any
 
 from pmwvc_analysis.charts.style import DARK, LIGHT, css_variables
 from pmwvc_analysis.verdicts.links import count_texts
-from pmwvc_core.quantities import cell, quantity
+from pmwvc_core.words import cell, quantity
 
 
 def filled(template: str, **values: Any) -> str:

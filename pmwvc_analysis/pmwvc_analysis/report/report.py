@@ -16,7 +16,7 @@ from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.charts.chart_files import payload
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.recorded import Event, numbered
+from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report.loop import blocks, drawing, rendered
 from pmwvc_analysis.report.page import data_uri, filled
@@ -80,14 +80,14 @@ def render(
 
 
 def figure_data(
-    charts: Sequence[Chart], traces: SessionTraces, events: Sequence[Event]
+    charts: Sequence[Chart], traces: SessionTraces, events: Sequence[Mapping[str, Any]]
 ) -> tuple[str, bool]:
     """Return the data as JSON that can stand in a page, and whether every point is in it."""
-    marks: list[Sequence[Any]] = [
-        (each.time_s, each.number, f"{each.number}. {each.time_s:.3f} s: {each.who} {each.what}")
-        for each in events
-        if each.time_s is not None
-    ]
+    marks: list[Sequence[Any]] = []
+    for each in events:
+        if (time_s := each["time_s"]) is not None:
+            text = f"{each['number']}. {time_s:.3f} s: {each['who']} {each['what']}"
+            marks.append((time_s, each["number"], text))
     found, complete = payload(charts, recorded.span(traces), marks)
     text = json.dumps(found, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c"), complete

@@ -12,10 +12,9 @@ from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import grouped
 from pmwvc_analysis.verdicts.outcomes import predicted_words
 from pmwvc_core.numeric import Flags
-from pmwvc_core.plural import count, listed
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces
+from pmwvc_core.words import count, listed, quantity
 
 TOGETHER_S = 0.1  # first contacts closer than that have one time
 MOVED_M = 1e-3

@@ -21,8 +21,8 @@ from pmwvc_analysis.traces.holes import first_packets
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import begins
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.server_view import kept_words, why_kept
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.ends.server_end import kept_words, why_kept
+from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces

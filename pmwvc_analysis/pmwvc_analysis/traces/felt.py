@@ -25,7 +25,7 @@ import numpy as np
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.holes import gaps
 from pmwvc_analysis.traces.sums import begins
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause

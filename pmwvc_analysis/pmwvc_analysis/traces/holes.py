@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.words import count
 
 GAP, AGAIN = "not recorded", "started again"
 SERVER = "server"

@@ -16,7 +16,7 @@ import numpy as np
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Flags
 from pmwvc_core.params import DeadbandParams
-from pmwvc_core.scenario.changes import Change, changed, read_changes
+from pmwvc_core.scenario.names import Change, changed, read_changes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 

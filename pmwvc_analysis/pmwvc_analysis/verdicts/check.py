@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.criterion import together
 from pmwvc_analysis.traces.thresholds import BLOW_N, BREAK_S, LEAST_COUPLED
-from pmwvc_core.plural import count
+from pmwvc_core.words import count
 
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
 

@@ -20,9 +20,9 @@ from pmwvc_analysis.budget.energy import port_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
 from pmwvc_core.numeric import Array
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.words import quantity
 
 
 class Drive(NamedTuple):
@@ -47,12 +47,13 @@ class Drive(NamedTuple):
 
     @property
     def by_hands(self) -> bool:
-        """Tell whether hands that move as they like explain it: they gave more than they got, or
-        may have shaken it while the loop did not; and no more came out of links and server unseen
-        than went to and fro. A steady force shakes nothing.
+        """Tell whether hands that move as they like explain it: the loop did not drive it, and no
+        more came out of links and server unseen than went to and fro. A steady force shakes
+        nothing: it has to have given more than they did.
         """
-        hands = self.share < -th.DRIVES or not (self.steady or self.by_loop)
-        return self.free and hands and self.made_j <= self.moved_j
+        if self.steady:
+            return self.free and self.share < -th.DRIVES and self.made_j <= -self.given_j
+        return self.free and not self.by_loop and self.made_j <= self.moved_j
 
     @property
     def thrown(self) -> bool:

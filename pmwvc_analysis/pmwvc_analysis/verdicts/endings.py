@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
-from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces.thresholds import EARLY_S
-from pmwvc_core.frame.rows import Presence
+from pmwvc_core.frame import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 

@@ -17,9 +17,9 @@ from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.sums import number, percentiles
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Array
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
+from pmwvc_core.words import count
 
 COUNTED = (
     ("lost", "lost"),

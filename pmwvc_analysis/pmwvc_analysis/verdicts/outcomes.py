@@ -19,16 +19,13 @@ from pmwvc_analysis.traces.stages import Stage, same_lag, text_of
 from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.master.count_bound import CountBound
 from pmwvc_core.network.effects import is_random
-from pmwvc_core.plural import listed
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.words import listed, quantity
 
 UNKNOWN = "is not known before."
 LATE_PLAYOUT = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
-TOO_LATE = (
-    f"channel = zeroing loses the motion of packets that do not come in time, which {UNKNOWN}"
-)
+TOO_LATE = f"channel = zeroing loses the motion of packets that come too late, which {UNKNOWN}"
 HELD = (
     "channel = plain holds a wave until the next packet: what late and lost ones make of the "
     f"motion {UNKNOWN}"
@@ -37,10 +34,9 @@ SKIPPED = (
     "channel = plain uses the newest packet of a server step only: what the others carried of the "
     f"motion is lost, how much {UNKNOWN}"
 )
-DELAYS = ("stall", "link", "damping")  # kinds of events behind which packets come late
+DELAYS = "stall", "link", "damping"  # kinds of events behind which packets come late
 OFFSET = "offset of the device from its avatar at the end"
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
-TOOK_OVER = "these took over, so the prediction is open"
 STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
     (True, True): (True, "Predicted stable: it was."),
     (False, False): (True, "Predicted unstable: it was."),
@@ -48,7 +44,7 @@ STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # 
     (None, True): (None, "No stability was predicted; the session was stable."),
     (None, False): (None, "No stability was predicted; the session was not stable."),
     (False, True): (None, f"Predicted unstable, but it was stable: {HANDS}."),
-    (True, LIMITED): (None, f"Predicted stable, without limits of force and speed: {TOOK_OVER}."),
+    (True, LIMITED): (None, "Predicted stable, without limits: these took over, so it is open."),
 }
 
 
@@ -115,8 +111,8 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
 
 def _by_standing_loops(port: dict[str, Any]) -> bool:
     """Tell whether all that a port gave out came of loops that stood still."""
-    allowed_j = port["declared_j"] + port["encoder_bound_j"] + port["tolerance_j"]
-    return bool(-port["least_balance_j"] - allowed_j <= port["held_j"])
+    allowed_j = sum(port[n] for n in ("declared_j", "encoder_bound_j", "tolerance_j", "held_j"))
+    return bool(-port["least_balance_j"] <= allowed_j)
 
 
 def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
@@ -178,7 +174,8 @@ def _of_user(
         return Outcome("offset", None, text, user.name)
     m_per_s, late_s = force / (2.0 * first_axis(user.impedance)), entry["late_s"]
     even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
-    reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
+    open_ = _unsteady(summary, entry, even_m, kept=scenario.strict)
+    reason = _decided_by_network(user, scenario, summary) or open_
     if reason := reason or (LATE_PLAYOUT if ranges and late_s is None else ""):
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
@@ -230,14 +227,19 @@ def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
     return next((event for event in late if event["time_s"] is not None), None)
 
 
-def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:
-    """Return why an offset is not that of a press at rest, in words; empty where it is."""
+def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float, *, kept: bool) -> str:
+    """Return why an offset is not that of a press at rest, in words; empty where it is. ``kept``:
+    whether motion that limits took out of waves is made up for.
+    """
     if summary["stable"] is False:
         return "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
     known = isinstance(avatar, float)
     if known and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
         return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
+    events = [(each["kind"], each["who"]) for each in summary["events"]]
+    if ("limit", f"{entry['name']} master") in events and not kept:
+        return "Its force was limited, which took motion out of the wave."
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         return f"It still changed by {change_m * 1e3:.2f} mm in the last half second."

@@ -26,9 +26,9 @@ from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, StoodStill, given_until, holes, stood_still
 from pmwvc_analysis.traces.server_starts import starts
-from pmwvc_core.quantities import quantity, share
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.words import quantity, share
 
 # where the work of the force on the device counts
 AT_DEVICE = ("hand_port", "node", "node_and_link_down", "sample_hold")

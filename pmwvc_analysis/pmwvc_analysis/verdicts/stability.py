@@ -30,7 +30,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events import limits
 from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
-from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.holes import stood_still
@@ -96,7 +96,8 @@ def _judged(
     if took_over := limits.taken_over(traces, scenario):
         return False, LIMITED, took_over
     shortened, saturated = limits.often_shortened(traces)
-    if shortened and (own or not saturated):
+    late = drive(traces, scenario, 0.5 * traces.duration_s, traces.duration_s)
+    if shortened and (own or not saturated or late.share > th.DRIVES):
         return False, LIMITED, shortened
     if shortened:
         why = "nothing oscillates beyond the voluntary band: a hand may have pushed harder"
@@ -109,8 +110,8 @@ def _judged(
         if own or not by_hands:
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
-        speed = f"{found.late_m_s * 1e3:.1f} mm/s beyond the voluntary band"
-        explained = f"{motion.name} moves with {speed}, and the loop did not drive it"
+        moves = f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s"
+        explained = f"{moves} beyond the voluntary band, not seen to come from the loop"
         if not rate_per_s < 0.0:
             return _unknown(f"{explained}: whether the loop keeps it up is not known")
         explained = f"{explained}; {model}"

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 
 HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
-BOUND_HELP = "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)"
-DAMPING_HELP = "contact dampings in N s/m: the largest stiffness for each (Z-width)"
 
 
 def _numbers(text: str) -> list[float]:
@@ -32,33 +30,42 @@ def _numbers(text: str) -> list[float]:
 
 
 @cli.command(
-    "stability",
-    "compute stability and the largest stable contact stiffness from the exact model",
-    """\
-examples:
-  pmwvc stability carry_16ms
-  pmwvc stability carry_16ms --set server.coupling=one_frame_late --set link.delay_s=0.024
-  pmwvc stability my_scenario.yaml --users 3 --json
-  pmwvc stability wall_slow --set server.compensation=corrected --damping 0,5,10
-
-Exact with hands off and all contacts touching.
-
---damping gives the Z-width: the largest stable contact stiffness for each contact damping. It is
-exact where the scenario is linear. Otherwise sessions are simulated, in which a small push has to
-die out, and the stiffness is bisected (some 10 s for each damping). Keys of its --json: scenario,
-simulated, z_width (damping, stable_up_to, unstable_from: null where nothing was unstable).
-
-Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
-k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
-hyperframe_ticks, slowest, notes.
-""",
     *cli.MODEL,
-    cli.argument("--bound", type=float, metavar="K", help=BOUND_HELP),
-    cli.argument("--damping", type=_numbers, metavar="B,...", help=DAMPING_HELP),
-    cli.json_document(),
+    cli.argument(
+        "--bound",
+        "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)",
+        type=float,
+        metavar="K",
+    ),
+    cli.argument(
+        "--damping",
+        "contact dampings in N s/m: the largest stiffness for each (Z-width)",
+        type=_numbers,
+        metavar="B,...",
+    ),
+    cli.JSON,
 )
 def stability(arguments: argparse.Namespace) -> cli.Result:
-    """Print spectral radius, largest stable contact stiffness and notes."""
+    """Compute stability and the largest stable contact stiffness from the exact model.
+
+    examples:
+      pmwvc stability carry_16ms
+      pmwvc stability carry_16ms --set server.coupling=one_frame_late --set link.delay_s=0.024
+      pmwvc stability my_scenario.yaml --users 3 --json
+      pmwvc stability wall_slow --set server.compensation=corrected --damping 0,5,10
+
+    Exact with hands off and all contacts touching.
+
+    --damping gives the Z-width: the largest stable contact stiffness for each contact damping. It
+    is exact where the scenario is linear. Otherwise sessions are simulated, in which a small push
+    has to die out, and the stiffness is bisected (some 10 s for each damping). Keys of its --json:
+    scenario, simulated, z_width (damping, stable_up_to, unstable_from: null where nothing was
+    unstable).
+
+    Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
+    k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
+    hyperframe_ticks, slowest, notes.
+    """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.models.answer import answer, sentences
     from pmwvc_analysis.models.stability import BOUND, LOWEST
@@ -70,8 +77,7 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
         return _z_width(scenario, arguments)
     with doing("computing the stability"):
         found = answer(scenario, live=arguments.live, bound=bound)
-    for line in sentences(found):
-        print(line)
+    print(*sentences(found), sep="\n")
     return cli.Result(document=found)
 
 
@@ -88,8 +94,8 @@ def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> cli.Result:
         how = f"simulated up to {most:g} N/m, as it is not linear ({texts})"
     print(f"{scenario.name}: largest stable contact stiffness, {how}")
     rows: list[dict[str, Any]] = []
-    dampings, search = arguments.damping, {"bound": arguments.bound, "live": arguments.live}
     with doing("computing the Z-width") as work:
+        dampings, search = arguments.damping, {"bound": arguments.bound, "live": arguments.live}
         for b, (low, high) in of_each(scenario, dampings, **search):
             rows.append({"damping": b, "stable_up_to": low, "unstable_from": high})
             work(len(rows) / len(dampings))
@@ -102,26 +108,24 @@ def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> cli.Result:
 
 
 @cli.command(
-    "tune",
-    "propose impedance, filter and hold for a link and an environment",
-    """\
-examples:
-  pmwvc tune carry_16ms
-  pmwvc tune wall --set link.delay_s=0.03 --set server.contact_stiffness=500
-  pmwvc tune carry_24ms --live --json
-  pmwvc tune carry_24ms --out tuned.yaml && pmwvc simulate tuned.yaml
-
-Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain), rendered
-stiffness and mass beside the ideal, force noise by encoder steps (device.encoder_step_m, or
-10 um). Nonlinear elements are left out of the exact model and named. Keys of --json: scenario,
-not_linear, bounds, best, others, costs; see docs/tuning.md.
-""",
     *cli.MODEL,
-    cli.out("YAML file for the scenario with the proposal", metavar="FILE"),
-    cli.json_document(),
+    cli.OUT.but("YAML file for the scenario with the proposal", metavar="FILE"),
+    cli.JSON,
 )
 def tune(arguments: argparse.Namespace) -> cli.Result:
-    """Print the proposal, and write the scenario with it."""
+    """Propose impedance, filter and hold for a link and an environment.
+
+    examples:
+      pmwvc tune carry_16ms
+      pmwvc tune wall --set link.delay_s=0.03 --set server.contact_stiffness=500
+      pmwvc tune carry_24ms --live --json
+      pmwvc tune carry_24ms --out tuned.yaml && pmwvc simulate tuned.yaml
+
+    Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain),
+    rendered stiffness and mass beside the ideal, force noise by encoder steps
+    (device.encoder_step_m, or 10 um). Nonlinear elements are left out of the exact model and
+    named. Keys of --json: scenario, not_linear, bounds, best, others, costs; see docs/tuning.md.
+    """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.tune import words
     from pmwvc_analysis.tune.search import propose
@@ -129,12 +133,13 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
 
     path = arguments.out
     if path is not None:  # refused before anything is computed
-        if path.suffix not in SUFFIXES:
-            raise PmwvcError(f"--out {arguments.out}: must end in {' or '.join(SUFFIXES)}")
-        if path.exists():
-            raise PmwvcError(f"--out {arguments.out}: is there already; give another name")
-        if not path.parent.is_dir():
-            raise PmwvcError(f"--out {arguments.out}: there is no folder {path.parent}")
+        for wrong, why in (
+            (path.suffix not in SUFFIXES, f"must end in {' or '.join(SUFFIXES)}"),
+            (path.exists(), "is there already; give another name"),
+            (not path.parent.is_dir(), f"there is no folder {path.parent}"),
+        ):
+            if wrong:
+                raise PmwvcError(f"--out {path}: {why}")
     with doing("searching for the best impedance, filter and hold"):
         found = propose(scenario, live=arguments.live)
         lines = words.sentences(scenario, found)
@@ -147,38 +152,32 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result(document=words.answer(scenario, found))
 
 
-@cli.command(
-    "filter",
-    "design and check the velocity filter of a scenario",
-    """\
-examples:
-  pmwvc filter wall_filtered
-  pmwvc filter wall_filtered --set master.velocity_filter.order=3 --out /tmp/filter
-  pmwvc filter wall --set master.velocity_filter.kind=exact \\
-      --set master.velocity_filter.order=1 --set master.velocity_filter.alpha=0.929
-
-Without alpha and cutoff_hz the filter is designed for the anti-aliasing filter: order 1 by minimax
-(App. D), order 2 and more by the lowest cut-off for any environment. Refused where none exists.
-
-Keys of --json: scenario, user, kind, order, share, alpha, cutoff_hz, designed, in_phase_margin,
-in_phase_worst_hz, any_environment_margin, any_environment_worst_hz (Hz), switching_gain (at most 1
-is passive under any switching), port_margin (of b; null but for the equivalent form), noise_gain
-(rms), flags (conditions not met: in_phase, any_environment, switching, port). --out writes
-filter.png, .svg and .json.
-""",
-    *cli.GIVEN,
-    cli.out("folder for figure and numbers"),
-    cli.json_document(),
-)
+@cli.command(*cli.GIVEN, cli.OUT.but("folder for figure and numbers"), cli.JSON)
 def filter_(arguments: argparse.Namespace) -> cli.Result:
-    """Judge the filter of the first user."""
+    """Design and check the velocity filter of a scenario.
+
+    examples:
+      pmwvc filter wall_filtered
+      pmwvc filter wall_filtered --set master.velocity_filter.order=3 --out /tmp/filter
+      pmwvc filter wall --set master.velocity_filter.kind=exact \\
+          --set master.velocity_filter.order=1 --set master.velocity_filter.alpha=0.929
+
+    Without alpha and cutoff_hz the filter is designed for the anti-aliasing filter: order 1 by
+    minimax (App. D), order 2 and more by the lowest cut-off for any environment. Refused where
+    none exists.
+
+    Keys of --json: scenario, user, kind, order, share, alpha, cutoff_hz, designed,
+    in_phase_margin, in_phase_worst_hz, any_environment_margin, any_environment_worst_hz (Hz),
+    switching_gain (at most 1 is passive under any switching), port_margin (of b; null but for the
+    equivalent form), noise_gain (rms), flags (conditions not met: in_phase, any_environment,
+    switching, port). --out writes filter.png, .svg and .json.
+    """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.filters import velocity_filter as design
 
     found = design.judge(scenario)
     result = design.answer(scenario, found)
-    for line in design.sentences(result):
-        print(line)
+    print(*design.sentences(result), sep="\n")
     if arguments.out:
         from pmwvc_analysis.figures.model_charts import velocity_filter
 

@@ -12,53 +12,53 @@ from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
-from pmwvc_core.plural import count
+from pmwvc_core.words import count
 
 if TYPE_CHECKING:
     from pmwvc_analysis.replay.run import Replay
 
 
 @cli.command(
-    "compare",
-    "run a scenario with several parameter values and compare the results",
-    """\
-examples:
-  pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
-                           --over link.delay_s=0,0.016,0.024
-  pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
-  pmwvc compare wall_slow --controllers direct,waves,printed,corrected,ledger
-  pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
-
---controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm, and
-waves (plain), or features on plain waves, joined by +: printed, corrected, ledger (compensation of
-a black-box environment decoded late), secant (ledger behind a learned slope), velocity_filter,
-velocity_filter_printed, filter_bank, complementary_bank, position, position_printed,
-position_integral. Controllers that a scenario does not allow are left out
-with a note.
-
-Every combination of the values runs with the same hands and the same fate of every packet (one
-seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
-tdpa and pspm are tuned by search for each combination, unless baseline.NAME.* is set: 120 settings
-are simulated for up to 20 s, which takes about 5 s of computing with two users; the best are kept.
-""",
-    *(cli.SCENARIO, cli.USERS),
+    cli.SCENARIO,
+    cli.USERS,
     cli.argument(
         "--over",
+        "values of a parameter; may be repeated",
         action="append",
         default=[],
         metavar="NAME=A,B,...",
-        help="values of a parameter; may be repeated",
     ),
-    cli.argument("--controllers", metavar="A,B,...", help="controllers by name; see below"),
-    cli.duration("each session"),
-    cli.settings("a parameter of all"),
-    cli.flag("--live", "real nodes instead of virtual time"),
-    cli.out("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
+    cli.argument("--controllers", "controllers by name; see below", metavar="A,B,..."),
+    cli.DURATION.but("length of each session in s"),
+    cli.SET.but("change a parameter of all; may be repeated"),
+    cli.LIVE.but("real nodes instead of virtual time"),
+    cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
     cli.NO_FIGURES,
-    cli.json_document("print comparison.json on stdout and nothing else"),
+    cli.COMPARISON,
 )
 def compare(arguments: argparse.Namespace) -> cli.Result:
-    """Run every combination, record each, and report all of them together."""
+    """Run a scenario with several parameter values and compare the results.
+
+    examples:
+      pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
+                               --over link.delay_s=0,0.016,0.024
+      pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
+      pmwvc compare wall_slow --controllers direct,waves,printed,corrected,ledger
+      pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
+
+    --controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm,
+    and waves (plain), or features on plain waves, joined by +: printed, corrected, ledger
+    (compensation of a black-box environment decoded late), secant (ledger behind a learned slope),
+    velocity_filter, velocity_filter_printed, filter_bank, complementary_bank, position,
+    position_printed, position_integral. Controllers that a scenario does not allow are left out
+    with a note.
+
+    Every combination of the values runs with the same hands and the same fate of every packet (one
+    seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
+    tdpa and pspm are tuned by search for each combination, unless baseline.NAME.* is set: 120
+    settings are simulated for up to 20 s, which takes about 5 s of computing with two users; the
+    best are kept.
+    """
     from pmwvc_bringup.combinations import combinations, fitting, variants_of
     from pmwvc_bringup.session.surroundings import new_folder
 
@@ -97,27 +97,25 @@ HAND = (
 
 
 @cli.command(
-    "replay",
-    "replay a recorded session in virtual time with other parameters",
-    """\
-examples:
-  pmwvc replay sessions/20260101T120000Z-carry_16ms --set master.impedance=40
-  pmwvc replay sessions/20260101T120000Z-carry_16ms --set controller=direct --json
-  pmwvc replay sessions/20260101T120000Z-carry_16ms --hand force
-
-Every packet meets the fate it met in the recording, and every loop runs when it ran. The hand is
-the one of the scenario, which reacts (--hand operator), or the recorded force (--hand force).
-A link whose parameters are set is simulated with them.
-""",
     cli.FOLDER,
-    cli.settings(),
-    cli.argument("--hand", choices=("operator", "force"), help=HAND),
-    cli.out("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
+    cli.SET,
+    cli.argument("--hand", HAND, choices=("operator", "force")),
+    cli.OUT.but("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
     cli.NO_FIGURES,
-    cli.json_document("print comparison.json on stdout and nothing else"),
+    cli.COMPARISON,
 )
 def replay_(arguments: argparse.Namespace) -> cli.Result:
-    """Replay, record and report."""
+    """Replay a recorded session in virtual time with other parameters.
+
+    examples:
+      pmwvc replay sessions/20260101T120000Z-carry_16ms --set master.impedance=40
+      pmwvc replay sessions/20260101T120000Z-carry_16ms --set controller=direct --json
+      pmwvc replay sessions/20260101T120000Z-carry_16ms --hand force
+
+    Every packet meets the fate it met in the recording, and every loop runs when it ran. The hand
+    is the one of the scenario, which reacts (--hand operator), or the recorded force (--hand
+    force). A link whose parameters are set is simulated with them.
+    """
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session
     from pmwvc_analysis.replay.run import replay, scenario_of
@@ -150,7 +148,7 @@ def _reported(
     """Write summary, reports and tables; return the lines for a terminal."""
     from pmwvc_analysis.compare.measures import Compared, measured
     from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, exact, reproduced
-    from pmwvc_analysis.report.comparison_report import write
+    from pmwvc_analysis.report.comparison import write
     from pmwvc_analysis.session_files import finish, write_summary
     from pmwvc_analysis.verdicts.check import state_text
     from pmwvc_analysis.verdicts.verdicts import summary

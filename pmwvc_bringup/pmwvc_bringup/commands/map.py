@@ -7,7 +7,7 @@ import contextlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
@@ -21,46 +21,45 @@ if TYPE_CHECKING:
 COUNT = 60  # points of an axis without a range
 FRAMES = 6  # largest delay of an axis without a range
 MOST_POINTS = 1_000_000
+AXIS: Any = {
+    "required": True, "metavar": "NAME[=A:B:N]", "completer": cli.parameter_names,
+}  # fmt: skip
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
-def _along(axis: str) -> cli.Argument:
-    options = {"metavar": "NAME[=A:B:N]", "help": f"parameter along {axis}"}
-    return cli.argument(f"--{axis}", required=True, completer=cli.parameter_names, **options)
-
-
 @cli.command(
-    "map",
-    "draw a stability map over two parameters, with measured sessions as points",
-    """\
-examples:
-  pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
-      --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
-  pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s --sessions sessions/*carry*
-  pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
-
-NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
-interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
-""",
     *cli.MODEL,
-    *(_along("x"), _along("y")),
-    cli.folder("--sessions", "session folders to draw as points", nargs="+", default=[]),
-    cli.out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
-    cli.argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
-    cli.argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
-    cli.json_document("print map.json on stdout only"),
+    cli.argument("--x", "parameter along x", **AXIS),
+    cli.argument("--y", "parameter along y", **AXIS),
+    cli.FOLDER.but("session folders to draw as points", name="--sessions", nargs="+", default=[]),
+    cli.OUT.but("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
+    cli.argument("--workers", "processes (default: all cores)", type=int, metavar="N"),
+    cli.argument("--dask", "compute on a Dask cluster", metavar="ADDRESS"),
+    cli.JSON.but("print map.json on stdout only"),
 )
 def map_(arguments: argparse.Namespace) -> cli.Result:
-    """Compute the map and write it."""
+    """Draw a stability map over two parameters, with measured sessions as points.
+
+    examples:
+      pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
+          --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
+      pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s \\
+          --sessions sessions/*carry*
+      pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
+
+    NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
+    interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
+    """
     scenario = cli.scenario_of(arguments)
     import numpy as np
 
-    from pmwvc_analysis.figures.map_figure import draw
+    from pmwvc_analysis.figures.model_charts import stability_map
     from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, unfinished, write_data
     from pmwvc_analysis.models.linearize import stable
 
-    if arguments.workers is not None and arguments.workers < 1:
-        raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
+    workers, dask, console = arguments.workers, arguments.dask, terminal()
+    if workers is not None and workers < 1:
+        raise PmwvcError(f"--workers {workers}: must be >= 1")
     x, y = axis_of(scenario, arguments.x, "--x: "), axis_of(scenario, arguments.y, "--y: ")
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
@@ -68,35 +67,30 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     measured = points_in(arguments.sessions, grid)
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
     folder = arguments.out or Path(default)
-    console = terminal()
     radius = unfinished(folder, grid)
-    known, size = int(np.sum(~np.isnan(radius))), radius.size
-    if 0 < known < size:
-        console.print(f"{known} of {size} points were already computed")
-    finished = known
+    finished, size = int(np.sum(~np.isnan(radius))), radius.size
+    if 0 < finished < size:
+        console.print(f"{finished} of {size} points were already computed")
     with doing("computing the map") as work:
-        work(finished / size)
 
         def done(points: "Points") -> None:
             nonlocal finished
             finished += len(points)
             work(min(finished / size, 1.0))
 
-        workers, dask = arguments.workers, arguments.dask
+        done(())
         radius = compute(grid, workers=workers, dask=dask, folder=folder, done=done)
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius, measured)
-        paths += draw(folder, grid, radius, measured)
-    share = f"{radius.size} points, {stable(radius).mean():.1%} of them stable"
+        paths += stability_map(folder, grid, radius, measured)
+    share = f"{size} points, {stable(radius).mean():.1%} of them stable"
     for line in (share, boundary_words(grid, radius), *paths):
         console.print(str(line), markup=False)
     return cli.Result(document=(folder / "map.json").read_text("utf-8"))
 
 
 def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
-    """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError, which begins with the
-    option, where it is neither.
-    """
+    """Return the axis of ``NAME=A:B:N`` or of a name alone; else PmwvcError with the option."""
     from pmwvc_analysis.maps.maps import MapAxis
     from pmwvc_core.scenario.names import value_of, varied
 
@@ -132,13 +126,12 @@ def _usual(scenario: "Scenario", name: str, value: float | None) -> tuple[float,
 
 
 def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
+    import numpy as np
+
     if count < 1 or (count > 1 and last <= first):
         raise ValueError("empty range")
-    if count == 1:
-        return (first,)
     # Rounded, so that 0.016 is written for the delay of 16 ms.
-    step = (last - first) / (count - 1)
-    return tuple(float(f"{first + step * i:.12g}") for i in range(count))
+    return tuple(float(f"{value:.12g}") for value in np.linspace(first, last, count))
 
 
 def points_in(folders: Sequence[Path], grid: "Grid") -> list["MapPoint"]:

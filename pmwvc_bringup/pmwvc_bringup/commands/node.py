@@ -6,30 +6,35 @@ declares them.
 """
 
 import argparse
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-from pmwvc_bringup import command as cli
-from pmwvc_bringup.output import terminal
-from pmwvc_core.errors import PmwvcError, RecordingError
-
-if TYPE_CHECKING:
-    from pmwvc_view.session import Session
 import contextlib
 import os
 import signal
 import sys
 import textwrap
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmwvc_core.errors import ParameterError
+from pmwvc_bringup import command as cli
+from pmwvc_bringup.output import terminal
+from pmwvc_core.errors import ParameterError, PmwvcError, RecordingError
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+    from pmwvc_view.session import Session
 
 WHAT = "a session folder, or a scenario to simulate in real time (nothing: a session that runs)"
+WIDTH, INDENT = 99, " " * 6
+ROS_ARGUMENTS = {
+    "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
+    "server": "-p users:=\"['user1','user2']\" -p server.contact_stiffness:=800.0",
+    "netem": "-p users:=\"['user1','user2']\" -p preset:=lte",
+    "view": "-p port:=8080",
+    "recorder": "-p users:=\"['user1','user2']\" -p folder:=my_session",
+}
+ONE_USER = "user1."
+OF_ROS = ("start_type_description_service", "use_sim_time")  # declared by every ROS node
 
 
 def _sessions(**given: object) -> list[str]:
@@ -38,25 +43,23 @@ def _sessions(**given: object) -> list[str]:
 
 
 @cli.command(
-    "view",
-    "show a session in the browser and take part in it",
-    """\
-examples:
-  pmwvc view                       a session that runs here, also one started by ros2 launch
-  pmwvc view live                  simulated in real time, without ROS; take hold in the browser
-  pmwvc view sessions/20260101T120000Z-carry_16ms
-                                   a recorded session, with a time line
-
-The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the printed
-address is needed to connect.
-""",
-    cli.argument("what", nargs="?", metavar="WHAT", help=WHAT, completer=_sessions),
-    *(cli.USERS, cli.settings()),
-    cli.argument("--namespace", default="", help="namespace of the running session"),
+    cli.argument("what", WHAT, nargs="?", metavar="WHAT", completer=_sessions),
+    *(cli.USERS, cli.SET),
+    cli.argument("--namespace", "namespace of the running session", default=""),
     *cli.PAGE,
 )
 def view(arguments: argparse.Namespace) -> cli.Result:
-    """Serve the page until interrupted."""
+    """Show a session in the browser and take part in it.
+
+    examples:
+      pmwvc view                       a session that runs here, also one started by ros2 launch
+      pmwvc view live                  simulated in real time, without ROS; act in the browser
+      pmwvc view sessions/20260101T120000Z-carry_16ms
+                                       a recorded session, with a time line
+
+    The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the
+    printed address is needed to connect.
+    """
     from pmwvc_bringup.session.page import join, serve
     from pmwvc_bringup.session.plan import Page
     from pmwvc_bringup.session.surroundings import require_ros
@@ -93,33 +96,17 @@ def _session(arguments: argparse.Namespace) -> "Session":
     return RecordedSession(traces, recorded, summary(traces, recorded), snapshot_s=SNAPSHOT_S)
 
 
-WIDTH, INDENT = 99, " " * 6
-ROS_ARGUMENTS = {
-    "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
-    "server": "-p users:=\"['user1','user2']\" -p server.contact_stiffness:=800.0",
-    "netem": "-p users:=\"['user1','user2']\" -p preset:=lte",
-    "view": "-p port:=8080",
-    "recorder": "-p users:=\"['user1','user2']\" -p folder:=my_session",
-}
-ONE_USER = "user1."
-OF_ROS = ("start_type_description_service", "use_sim_time")  # declared by every ROS node
-
-
 @cli.command(
-    "node",
-    "run one node by itself",
-    """\
-examples:
-  pmwvc node server --ros-args -p users:="[user1, user2]"
-  pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
-  pmwvc node master --help                     every parameter of a node
-""",
-    cli.argument("kind", choices=sorted(ROS_ARGUMENTS), help="which node"),
-    cli.argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node"),
+    cli.argument("kind", "which node", choices=sorted(ROS_ARGUMENTS)),
+    cli.argument("arguments", "passed on to the node", nargs=argparse.REMAINDER),
 )
 def node(arguments: argparse.Namespace) -> cli.Result:
-    """Become one node: same process, so that signals and exit code are the node's own. With
-    ``--help``, print its parameters instead.
+    """Run one node by itself.
+
+    examples:
+      pmwvc node server --ros-args -p users:="[user1, user2]"
+      pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
+      pmwvc node master --help                     every parameter of a node
     """
     from pmwvc_bringup.session.plan import MODULES
     from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, require_ros
@@ -142,18 +129,16 @@ def parameter_help(kind: str) -> str:
     rclpy.init(args=[], context=context)
     try:
         node = Node(kind, context=context, start_parameter_services=False, enable_rosout=False)
-        try:
-            _declarations()[kind](node)
-            lines, names = [], sorted(node.list_parameters([], 0).names)
-            for name in names:  # those of a single user are not repeated
-                descriptor = node.describe_parameter(name)
-                if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
-                    lines.append(f"  {name} = {node.get_parameter(name).value!r}")
-                    words = [descriptor.description, descriptor.additional_constraints]
-                    about = textwrap.wrap("; ".join(filter(None, words)), WIDTH - len(INDENT))
-                    lines += [f"{INDENT}{line}" for line in about]
-        finally:
-            node.destroy_node()
+        _declare(node, kind)
+        lines, names = [], sorted(node.list_parameters([], 0).names)
+        for name in names:  # those of a single user are not repeated
+            descriptor = node.describe_parameter(name)
+            if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
+                lines.append(f"  {name} = {node.get_parameter(name).value!r}")
+                words = [descriptor.description, descriptor.additional_constraints]
+                about = textwrap.wrap("; ".join(filter(None, words)), WIDTH - len(INDENT))
+                lines += [f"{INDENT}{line}" for line in about]
+        node.destroy_node()
     finally:
         rclpy.shutdown(context=context)
     head = [
@@ -166,25 +151,23 @@ def parameter_help(kind: str) -> str:
     return "\n".join([*head, *lines, *([text] if several else [])])
 
 
-def _declarations() -> "dict[str, Callable[[Node], object]]":
-    """Return, by kind of node, the function that declares its parameters."""
+def _declare(node: "Node", kind: str) -> None:
+    """Declare the parameters of a kind of node."""
     from pmwvc_analysis import recorder_node
     from pmwvc_master import settings as master
     from pmwvc_netem import settings as netem
     from pmwvc_server import settings as server
     from pmwvc_view import node as view_node
 
-    def recorder(node: "Node") -> None:
-        with contextlib.suppress(ParameterError):  # no folder is given; all is declared before
-            recorder_node.declare_settings(node)
-
     def ignore(*_: object) -> None:
         """Take a change of parameters and do nothing: none is made here."""
 
-    return {
-        "master": lambda node: master.declare_settings(node, ignore, ignore),
-        "server": lambda node: server.declare_settings(node, *[ignore] * 4),
-        "netem": lambda node: netem.Settings(node, ignore),
-        "recorder": recorder,
-        "view": view_node.declare_settings,
+    declarations: dict[str, Callable[[], object]] = {
+        "master": lambda: master.declare_settings(node, ignore, ignore),
+        "server": lambda: server.declare_settings(node, *[ignore] * 4),
+        "netem": lambda: netem.Settings(node, ignore),
+        "recorder": lambda: recorder_node.declare_settings(node),
+        "view": lambda: view_node.declare_settings(node),
     }
+    with contextlib.suppress(ParameterError):  # a recorder wants a folder, when all is declared
+        declarations[kind]()

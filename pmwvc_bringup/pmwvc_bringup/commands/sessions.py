@@ -4,40 +4,27 @@
 
 import argparse
 import sys
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError
 
-if TYPE_CHECKING:
-    from pmwvc_core.scenario.scenario import Scenario
 
-
-EXAMPLES = """\
-examples:
-  pmwvc {0} carry_16ms
-  pmwvc {0} carry_16ms --duration 5 --set link.delay_s=0.05 --set user2.link.up.loss=0.1
-  pmwvc {0} my_scenario.yaml --users 3 --out /tmp/three --json
-
---set takes any name that 'pmwvc scenarios NAME' prints; the prefix 'user2.' sets that user only.
-"""
-VIEWED = (
-    "\npmwvc run live --view serves the session's page as well, to take part in the browser.\n"
-)
-
-
-@cli.command(
-    "run",
-    "run a live session of ROS 2 nodes and write its report",
-    EXAMPLES.format("run") + VIEWED,
-    *cli.SESSION,
-    cli.flag("--view", "serve the session's page and open it"),
-    *cli.PAGE,
-)
+@cli.command(*cli.SESSION, cli.flag("--view", "serve the session's page and open it"), *cli.PAGE)
 def run(arguments: argparse.Namespace) -> cli.Result:
-    """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
+    """Run a live session of ROS 2 nodes and write its report.
+
+    examples:
+      pmwvc run carry_16ms
+      pmwvc run carry_16ms --duration 5 --set link.delay_s=0.05 --set user2.link.up.loss=0.1
+      pmwvc run my_scenario.yaml --users 3 --out /tmp/three --json
+
+    --set takes any name that 'pmwvc scenarios NAME' prints; the prefix 'user2.' sets that user
+    only.
+
+    pmwvc run live --view serves the session's page as well, to take part in the browser.
+    """
     from pmwvc_bringup.session.plan import Page
     from pmwvc_bringup.session.surroundings import new_folder, require_ros
     from pmwvc_bringup.session.terminal import announce, finish, prepared
@@ -66,7 +53,12 @@ def run(arguments: argparse.Namespace) -> cli.Result:
                 return cli.Result(130)
             if session.restart is None:
                 break
-            scenario = begun_again(scenario, session.restart)
+            from pmwvc_view.controls import changed
+
+            try:
+                scenario = changed(scenario, session.restart)
+            except PmwvcError as error:  # settings refused to a page change nothing
+                print(f"pmwvc: {error}", file=sys.stderr)
             folder, page = new_folder(scenario.name, None), session.page
     except StartError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
@@ -76,25 +68,18 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result(max(result.code for result in results), results[-1].document)
 
 
-def begun_again(scenario: "Scenario", settings: Mapping[str, Any]) -> "Scenario":
-    """Return the scenario that a page begins again; settings refused to a page change nothing."""
-    from pmwvc_view.controls import changed
-
-    try:
-        return changed(scenario, settings)
-    except PmwvcError as error:
-        print(f"pmwvc: {error}", file=sys.stderr)
-        return scenario
-
-
-@cli.command(
-    "simulate",
-    "run a session in virtual time, without ROS, with the same report",
-    EXAMPLES.format("simulate"),
-    *cli.SESSION,
-)
+@cli.command(*cli.SESSION)
 def simulate_(arguments: argparse.Namespace) -> cli.Result:
-    """Simulate, record and report."""
+    """Run a session in virtual time, without ROS, with the same report.
+
+    examples:
+      pmwvc simulate carry_16ms
+      pmwvc simulate carry_16ms --duration 5 --set link.delay_s=0.05 --set user2.link.up.loss=0.1
+      pmwvc simulate my_scenario.yaml --users 3 --out /tmp/three --json
+
+    --set takes any name that 'pmwvc scenarios NAME' prints; the prefix 'user2.' sets that user
+    only.
+    """
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
     scenario, folder = prepared(arguments)
@@ -115,22 +100,20 @@ def simulate_(arguments: argparse.Namespace) -> cli.Result:
 
 
 @cli.command(
-    "report",
-    "rewrite the report of a recorded session",
-    """\
-examples:
-  pmwvc report sessions/20260101T120000Z-carry_16ms
-  pmwvc report sessions/20260101T120000Z-carry_16ms --json
-  pmwvc report sessions/20260101T120000Z-carry_16ms --out /tmp/elsewhere
-""",
     cli.FOLDER,
     cli.CHECK,
-    cli.out("where to write it (default: the session folder)"),
-    cli.json_document("print summary.json on stdout and nothing else"),
+    cli.OUT.but("where to write it (default: the session folder)"),
+    cli.SUMMARY,
 )
 def report(arguments: argparse.Namespace) -> cli.Result:
-    """Judge the recording and write its report."""
-    from pmwvc_analysis.compare.files import is_comparison
+    """Rewrite the report of a recorded session.
+
+    examples:
+      pmwvc report sessions/20260101T120000Z-carry_16ms
+      pmwvc report sessions/20260101T120000Z-carry_16ms --json
+      pmwvc report sessions/20260101T120000Z-carry_16ms --out /tmp/elsewhere
+    """
+    from pmwvc_analysis.report.comparison import is_comparison
     from pmwvc_bringup.session.terminal import finish
 
     folder = arguments.folder
@@ -146,24 +129,23 @@ def report(arguments: argparse.Namespace) -> cli.Result:
 
 
 TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}
-FORMAT = "what to write (default: csv)"
 
 
 @cli.command(
-    "export",
-    "write the signals of a recorded session as CSV, MAT or HDF5",
-    """\
-examples:
-  pmwvc export sessions/20260101T120000Z-carry_16ms                 a folder of CSV files
-  pmwvc export sessions/20260101T120000Z-carry_16ms --as mat        for MATLAB and Octave
-  pmwvc export sessions/20260101T120000Z-carry_16ms --as hdf5 --out /tmp/carry.h5
-""",
     cli.FOLDER,
-    cli.argument("--as", dest="kind", choices=(*TARGETS,), default="csv", help=FORMAT),
-    cli.out("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
+    cli.argument(
+        "--as", "what to write (default: csv)", dest="kind", choices=(*TARGETS,), default="csv"
+    ),
+    cli.OUT.but("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
 )
 def export_(arguments: argparse.Namespace) -> cli.Result:
-    """Read the recording and write the files."""
+    """Write the signals of a recorded session as CSV, MAT or HDF5.
+
+    examples:
+      pmwvc export sessions/20260101T120000Z-carry_16ms                 a folder of CSV files
+      pmwvc export sessions/20260101T120000Z-carry_16ms --as mat        for MATLAB and Octave
+      pmwvc export sessions/20260101T120000Z-carry_16ms --as hdf5 --out /tmp/carry.h5
+    """
     from pmwvc_analysis.export import export
     from pmwvc_analysis.recording.reader import read_scenario, read_session
 

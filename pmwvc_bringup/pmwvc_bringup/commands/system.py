@@ -22,23 +22,21 @@ MEND = "write the intact part of a damaged recording into a new session folder"
 
 
 @cli.command(
-    "doctor",
-    "check this machine or a recorded session",
-    """\
-examples:
-  pmwvc doctor                                 this machine
-  pmwvc doctor sessions/20260101T120000Z-carry_16ms    a recorded session
-  pmwvc doctor sessions/20260101T120000Z-carry_16ms --mend mended    a file that was cut
-
-exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it has
-only losses that it declares, 3 when it is damaged
-""",
-    cli.folder(nargs="?"),
-    cli.argument("--mend", type=cli.path, metavar="NEW", help=MEND),
-    cli.json_document("print the findings as JSON on stdout"),
+    cli.FOLDER.but(nargs="?"),
+    cli.argument("--mend", MEND, type=cli.path, metavar="NEW"),
+    cli.JSON.but("print the findings as JSON on stdout"),
 )
 def doctor(arguments: argparse.Namespace) -> cli.Result:
-    """Examine the machine or a recording."""
+    """Check this machine or a recorded session.
+
+    examples:
+      pmwvc doctor                                 this machine
+      pmwvc doctor sessions/20260101T120000Z-carry_16ms    a recorded session
+      pmwvc doctor sessions/20260101T120000Z-carry_16ms --mend mended    a file that was cut
+
+    exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it
+    has only losses that it declares, 3 when it is damaged
+    """
     findings: Sequence[MachineCheck | RecordingFinding]
     if arguments.mend and not arguments.folder:
         raise PmwvcError("--mend: name the damaged session folder as well")
@@ -69,8 +67,8 @@ def _of_recording(folder: Path, mend_into: Path | None) -> "list[RecordingFindin
         return check_recording(mend_into)
     if not folder.exists():
         raise PmwvcError(f"{folder}: there is no such session folder")
-    from pmwvc_analysis.compare.files import is_comparison
-    from pmwvc_analysis.compare.files import session_folders as sessions_of
+    from pmwvc_analysis.report.comparison import is_comparison
+    from pmwvc_analysis.report.comparison import session_folders as sessions_of
 
     if not is_comparison(folder):
         return check_recording(folder)
@@ -85,21 +83,16 @@ WIDTH = 99
 LISTED = ("name", "description", "controller", "users", "dof", "duration_s")
 
 
-@cli.command(
-    "scenarios",
-    "list the scenarios, or print one",
-    """\
-examples:
-  pmwvc scenarios                              names and descriptions
-  pmwvc scenarios carry_16ms                   every parameter of one, as YAML
-  pmwvc scenarios carry_16ms > my.yaml         the start of one of your own
-  pmwvc scenarios --json                       the list for a program
-""",
-    cli.scenario("name", nargs="?"),
-    cli.json_document(),
-)
+@cli.command(cli.SCENARIO.but(name="name", nargs="?", metavar="NAME"), cli.JSON)
 def scenarios(arguments: argparse.Namespace) -> cli.Result:
-    """Print the list, or one scenario as YAML."""
+    """List the scenarios, or print one.
+
+    examples:
+      pmwvc scenarios                              names and descriptions
+      pmwvc scenarios carry_16ms                   every parameter of one, as YAML
+      pmwvc scenarios carry_16ms > my.yaml         the start of one of your own
+      pmwvc scenarios --json                       the list for a program
+    """
     from pmwvc_bringup import scenarios as files
     from pmwvc_core.network.presets import PRESETS
 
@@ -118,19 +111,17 @@ def scenarios(arguments: argparse.Namespace) -> cli.Result:
 
 
 @cli.command(
-    "token",
-    "make the session tokens of a server and its users",
-    """\
-examples:
-  pmwvc token keys user1 user2                 keys/server for the server, keys/user1, keys/user2
-  pmwvc node server --ros-args -p session.token_file:=keys/server
-  pmwvc node master --ros-args -r __ns:=/user1 -p session.token_file:=keys/user1
-""",
-    cli.argument("folder", type=cli.path, help="for the files, new or without them"),
-    cli.argument("users", nargs="+", metavar="USER", help="name of a user (its namespace)"),
+    cli.argument("folder", "for the files, new or without them", type=cli.path),
+    cli.argument("users", "name of a user (its namespace)", nargs="+", metavar="USER"),
 )
 def token(arguments: argparse.Namespace) -> cli.Result:
-    """Write the files; none of them may be there."""
+    """Make the session tokens of a server and its users.
+
+    examples:
+      pmwvc token keys user1 user2               keys/server for the server, keys/user1, keys/user2
+      pmwvc node server --ros-args -p session.token_file:=keys/server
+      pmwvc node master --ros-args -r __ns:=/user1 -p session.token_file:=keys/user1
+    """
     from pmwvc_core.runtime.token_files import write_session
 
     for path in write_session(arguments.folder, arguments.users):
@@ -142,18 +133,14 @@ SHELLS = ("bash", "zsh", "fish")
 PROGRAMS = ["pmwvc", "./pmwvc"]
 
 
-@cli.command(
-    "completion",
-    "print the completion script for a shell",
-    """\
-examples:
-  eval "$(./pmwvc completion)"                 this bash
-  ./pmwvc completion zsh >> ~/.zshrc           every zsh from now on
-""",
-    cli.argument("shell", nargs="?", choices=SHELLS, default="bash", help="bash by default"),
-)
+@cli.command(cli.argument("shell", "bash by default", nargs="?", choices=SHELLS, default="bash"))
 def completion(arguments: argparse.Namespace) -> cli.Result:
-    """Print the script."""
+    """Print the completion script for a shell.
+
+    examples:
+      eval "$(./pmwvc completion)"                 this bash
+      ./pmwvc completion zsh >> ~/.zshrc           every zsh from now on
+    """
     from argcomplete.shell_integration import shellcode
 
     print(shellcode(PROGRAMS, shell=arguments.shell))
@@ -161,27 +148,25 @@ def completion(arguments: argparse.Namespace) -> cli.Result:
 
 
 @cli.command(
-    "links",
-    "show the links of a scenario, with the tc command of Linux for each",
-    """\
-examples:
-  pmwvc links carry_16ms --set link.preset=wifi_bad
-  pmwvc links carry_16ms --set link.preset=geo --device eth0 --out /tmp/tables
-  pmwvc links carry_16ms --set user2.link.up.loss=0.1 --json
-
-For each link: its effects, and the nearest tc command of Linux (netem, as root, on the interface
-that sends), with the effects that the command leaves out. Some distributions need a table: --out
-writes it; copy it to /usr/lib/tc.
-
-Keys of --json: links, each with name, mean_delay_s, does, tc, not_in_tc, table.
-""",
     *cli.GIVEN,
-    cli.argument("--device", default="DEV", metavar="DEV", help="network interface to name"),
-    cli.out("folder for tables of distributions"),
-    cli.json_document(),
+    cli.argument("--device", "network interface to name", default="DEV", metavar="DEV"),
+    cli.OUT.but("folder for tables of distributions"),
+    cli.JSON,
 )
 def links(arguments: argparse.Namespace) -> cli.Result:
-    """Print the links of every user."""
+    """Show the links of a scenario, with the tc command of Linux for each.
+
+    examples:
+      pmwvc links carry_16ms --set link.preset=wifi_bad
+      pmwvc links carry_16ms --set link.preset=geo --device eth0 --out /tmp/tables
+      pmwvc links carry_16ms --set user2.link.up.loss=0.1 --json
+
+    For each link: its effects, and the nearest tc command of Linux (netem, as root, on the
+    interface that sends), with the effects that the command leaves out. Some distributions need a
+    table: --out writes it; copy it to /usr/lib/tc.
+
+    Keys of --json: links, each with name, mean_delay_s, does, tc, not_in_tc, table.
+    """
     from pmwvc_core.network.effects import amounts, check, mean_s
     from pmwvc_core.network.tc import not_in_tc, table_name, table_text, tc_line
 

@@ -11,37 +11,31 @@ from pmwvc_core.errors import PmwvcError
 
 
 @cli.command(
-    "transparency",
-    "compute the stiffness, damping and mass rendered to a user, beside an ideal link",
-    """\
-examples:
-  pmwvc transparency carry_16ms
-  pmwvc transparency wall --set master.impedance=80 --json
-  pmwvc transparency wall --set operator.kind=chirp --out /tmp/rendered
-  pmwvc transparency cube_3d --axis 2
-  pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/rendered
-
-A session folder adds the estimate from its recording (operator.kind chirp, sinusoid or a replayed
-force). --out writes transparency.png, .svg, .csv, .npz, .mat and .json.
-
-Keys of --json: scenario, user, axis (1: x), admittance_dc (m/N at rest), k_felt (its inverse),
-b_felt (N s/m, pressing, device included), mass_felt (kg, nothing touched, device included),
-first_peak_hz, ideal (the same five for direct coupling at every tick, no delay), measured (null,
-or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no
-such limit exists.
-""",
     *cli.MODEL,
-    cli.argument(
-        "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
-    ),
-    cli.argument(
-        "--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"
-    ),
-    cli.out("folder for figure, curves and numbers"),
-    cli.json_document(),
+    cli.argument("--user", "user to analyse (default: the first)", metavar="NAME", dest="whose"),
+    cli.argument("--axis", "axis to analyse (default: 1, x)", type=int, default=1, metavar="N"),
+    cli.OUT.but("folder for figure, curves and numbers"),
+    cli.JSON,
 )
 def transparency_(arguments: argparse.Namespace) -> cli.Result:
-    """Print what the link renders to one user, and write curves."""
+    """Compute the stiffness, damping and mass rendered to a user, beside an ideal link.
+
+    examples:
+      pmwvc transparency carry_16ms
+      pmwvc transparency wall --set master.impedance=80 --json
+      pmwvc transparency wall --set operator.kind=chirp --out /tmp/rendered
+      pmwvc transparency cube_3d --axis 2
+      pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/rendered
+
+    A session folder adds the estimate from its recording (operator.kind chirp, sinusoid or a
+    replayed force). --out writes transparency.png, .svg, .csv, .npz, .mat and .json.
+
+    Keys of --json: scenario, user, axis (1: x), admittance_dc (m/N at rest), k_felt (its inverse),
+    b_felt (N s/m, pressing, device included), mass_felt (kg, nothing touched, device included),
+    first_peak_hz, ideal (the same five for direct coupling at every tick, no delay), measured
+    (null, or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes.
+    null: no such limit exists.
+    """
     folder = Path(arguments.scenario)
     recorded = folder.is_dir()
     if recorded:
@@ -94,8 +88,7 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
         exact = build(scenario, live=live)
         model = response(exact, measured.frequency_hz, user=index, forces=forces)
     result = answer(scenario.name, found, measured, model)
-    for line in sentences(result):
-        print(line)
+    print(*sentences(result), sep="\n")
     if arguments.out:
         from pmwvc_analysis.figures.model_charts import transparency as chart
         from pmwvc_analysis.transparency.answer import NAME, write

@@ -21,42 +21,42 @@ STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its
 
 
 class Notes:
-    """The events noted so far."""
+    """The events noted so far, and the texts of those that the status shows."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._events: list[dict[str, object]] = []
+        self.shown: list[str] = []
 
     def note(self, who: str, kind: str, what: str, **more: object) -> None:
         """Note an event of now."""
         event = {"time_ns": time.time_ns(), "who": who, "kind": kind, "what": what, **more}
         self._events.append(event)
 
-    def _once(self, who: str, kind: str, what: str, text: str) -> bool:
-        """Note and print something that is noted once; return whether it is new."""
-        new = all(event["what"] != what for event in self._events)
-        if new:
+    def _once(self, who: str, kind: str, what: str, printed: str, shown: str) -> None:
+        """Note, print and show something the first time."""
+        if all(event["what"] != what for event in self._events):
             self.note(who, kind, what)
-            self._console.print(text, markup=False)
-        return new
+            self._console.print(printed, markup=False)
+            self.shown.append(shown)
 
     def ended(self, child: Child) -> None:
         """Note the end of a node."""
         what = str(child).removeprefix(f"{child.name} ")
         self.note(child.name, "ended", what, code=child.code, signal=child.signal)
         self._console.print(f"{child}; its log: {child.log}")
+        self.shown.append(str(child))
 
-    def recording_stopped(self, recorder: Child) -> list[str]:
-        """Note, once, that the recorder has stopped recording, and return it as a text."""
+    def recording(self, recorder: Child) -> None:
+        """Note, once, that the recorder has stopped recording."""
         lines = recorder.log_tail().splitlines()
-        stopped = next((line for line in lines if line.startswith(STOPPED)), "")
-        what = stopped.removeprefix("recorder: ")
-        new = bool(stopped) and self._once("recorder", "recording", what, stopped)
-        return ["recording stopped"] if new else []
+        if stopped := next((line for line in lines if line.startswith(STOPPED)), ""):
+            what = stopped.removeprefix("recorder: ")
+            self._once("recorder", "recording", what, stopped, "recording stopped")
 
-    def stranger(self, topic: str, what: str) -> list[str]:
-        """Note, once, publishers that do not belong to the session; return them as a text."""
-        return [what] if self._once(topic, "stranger", what, f"Warning: {what}") else []
+    def stranger(self, topic: str, what: str) -> None:
+        """Note, once, publishers that do not belong to the session."""
+        self._once(topic, "stranger", what, f"Warning: {what}", what)
 
     def write(self, folder: Path) -> None:
         """Write ``events.json``."""

@@ -9,7 +9,6 @@ import re
 import subprocess
 import sys
 import webbrowser
-from collections.abc import Mapping
 
 from rich.console import Console
 
@@ -50,14 +49,9 @@ def address_in(output: str) -> str | None:
 def show(address: str, console: Console, *, browser: bool) -> None:
     """Print the address of a page, and open it where there is a desktop."""
     console.print(f"page: {address}", markup=False, soft_wrap=True, highlight=False)
-    if browser and has_desktop(os.environ):
+    shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if browser and (shown or sys.platform in ("darwin", "win32")):
         webbrowser.open(address)
-
-
-def has_desktop(environment: Mapping[str, str]) -> bool:
-    """Tell whether a browser can be opened here."""
-    shown = environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY")
-    return bool(shown) or sys.platform in ("darwin", "win32")
 
 
 def join(console: Console, *, page: Page, namespace: str, browser: bool) -> int:

@@ -34,8 +34,6 @@ MODULES = {
     "master": "pmwvc_master.node",
     "view": "pmwvc_view.node",
 }
-# Before a command: the kernel ends it, as SIGTERM does, when the process that started it is gone.
-ENDS_WITH_PARENT = "setpriv --pdeathsig TERM"
 
 
 @dataclass(frozen=True)
@@ -120,6 +118,7 @@ def nodes(
     if tokens:
         for name, node in ((SERVER, server), *masters.items()):
             node[TOKEN_FILE] = str(tokens / name)
+    recorder = {"folder": str(folder.resolve()), "users": names, "page": page is not None}
     view = {
         "users": names,
         "session.emulated": True,
@@ -129,7 +128,7 @@ def nodes(
         "session.duration_s": scenario.duration_s,
     }
     return [
-        NodePlan("recorder", parameters={"folder": str(folder.resolve()), "users": names}),
+        NodePlan("recorder", parameters=recorder),
         NodePlan("netem", parameters=netem),
         NodePlan("server", parameters=server),
         *(NodePlan("master", name, master) for name, master in masters.items()),
@@ -144,9 +143,7 @@ def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
 
 
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
-    """Return the numbers of publishers and subscribers of every topic of a complete session. A
-    view may find the session later; nothing waits for it.
-    """
+    """Return the numbers of publishers and subscribers of every topic, a view's not counted."""
     recorders = 1 if recorded else 0
     names = ["/server/trace", "/server/reception", "/netem/links", "/netem/fates"]
     names += [f"/{user.name}/{end}" for user in scenario.users for end in ("trace", "reception")]

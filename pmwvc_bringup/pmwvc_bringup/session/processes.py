@@ -7,8 +7,6 @@ ends its children in order. When the runner itself dies, the kernel ends them.
 """
 
 import contextlib
-import ctypes
-import os
 import signal
 import subprocess
 import time
@@ -19,8 +17,10 @@ from pathlib import Path
 # Signal and time to end after it [s]: a recorder finishes its file on SIGINT. A node gives its
 # services and ROS 5 s each before it ends by itself: not to be killed just then.
 STOP_SIGNALS = ((signal.SIGINT, 15.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
-_PR_SET_PDEATHSIG = 1
-_libc = ctypes.CDLL(None, use_errno=True)
+# Before a command: SIGINT ends it, also where a shell started all this in the background; and when
+# the process that started it is gone the kernel ends it by SIGTERM: a master lets go of its
+# device, a recorder finishes its file.
+ENDS_WITH_PARENT = "env --default-signal=INT setpriv --pdeathsig TERM"
 
 
 @dataclass
@@ -83,12 +83,11 @@ class Children:
         """Start a process; its output goes to ``log``. Must be called from a thread that lives as
         long as the session: the kernel ties the child to the thread that forked it.
         """
-        parent = os.getpid()
         log.parent.mkdir(parents=True, exist_ok=True)
         with log.open("wb") as output:
             process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                env=env, start_new_session=True, preexec_fn=lambda: _die_with(parent),
+                [*ENDS_WITH_PARENT.split(), *command], stdin=subprocess.DEVNULL, stdout=output,
+                stderr=subprocess.STDOUT, env=env, start_new_session=True,
             )  # fmt: skip
         self.children[name] = child = Child(name, process, log)
         return child
@@ -130,18 +129,6 @@ class Children:
         for child in self.children.values():
             _send(child, signal.SIGKILL)
         _await(list(self.children.values()), 5.0, lambda: False)
-
-
-def _die_with(parent: int) -> None:
-    """Run in the child between fork and exec: end with the parent, even when that is killed, and
-    end on SIGINT, also where a shell started the parent in the background and ignores it.
-
-    SIGTERM and not SIGKILL: a master lets go of its device, a recorder finishes its file.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != parent:  # it ended before the line above
-        os._exit(1)
 
 
 def _send(child: Child, number: signal.Signals) -> None:

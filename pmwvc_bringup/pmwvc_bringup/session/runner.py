@@ -147,16 +147,13 @@ class NodeSession:
 
     def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""
-        begin = time.monotonic()
-        length = self.scenario.duration_s
-        ended: list[str] = []
+        begin, length = time.monotonic(), self.scenario.duration_s
         status_at, line_at, publishers_at = begin, begin + LINE_PERIOD_S / 2, begin
         with Live(console=self.console, auto_refresh=False, transient=True) as live:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
                 disturber.act(now - begin)
                 for child in self.children.endings():
                     self.notes.ended(child)
-                    ended.append(str(child))
                 if not self.children.running():
                     return
                 if self._shows:
@@ -169,17 +166,17 @@ class NodeSession:
                     publishers_at += PUBLISHERS_PERIOD_S
                     others = monitor.other_publishers(self.ends, disturber.again)
                     for topic, what in others.items():
-                        ended += self.notes.stranger(topic, what)
+                        self.notes.stranger(topic, what)
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
-                    ended += self.notes.recording_stopped(self.children.children["recorder"])
-                    users = monitor.status()
+                    self.notes.recording(self.children.children["recorder"])
+                    users, shown = monitor.status(), self.notes.shown
                     times = {"elapsed_s": now - begin, "duration_s": length}
                     if self.console.is_terminal:
-                        live.update(status_table(users, ended, **times), refresh=True)
+                        live.update(status_table(users, shown, **times), refresh=True)
                     elif now >= line_at:
                         line_at += LINE_PERIOD_S
-                        line = status_line(users, ended, **times)
+                        line = status_line(users, shown, **times)
                         self.console.print(line, highlight=False, soft_wrap=True)
                 time.sleep(max(min(0.05, begin + length - now), 0.0))
         if self.interrupts.count:

@@ -18,14 +18,12 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
-from typing import NoReturn
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the starter and return its exit code."""
-    signal.signal(signal.SIGINT, _leave)  # also while the rest is imported
-    signal.signal(signal.SIGTERM, _leave)
+    for number in (signal.SIGINT, signal.SIGTERM):  # also while the rest is imported
+        signal.signal(number, lambda *_: sys.exit(0))
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("scenario", help="scenario file of the session")
     parser.add_argument("--duration", type=float, default=0.0, help="0: until interrupted [s]")
@@ -56,10 +54,6 @@ def main(args: Sequence[str] | None = None) -> int:
     print("starter: the session begins", flush=True)
     time.sleep(given.duration)
     return 0
-
-
-def _leave(_: int, __: FrameType | None) -> NoReturn:
-    sys.exit(0)
 
 
 if __name__ == "__main__":

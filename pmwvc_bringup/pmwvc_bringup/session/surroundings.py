@@ -12,6 +12,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from itertools import chain, count
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.conflicts import disturbances_of
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server import environments
 from pmwvc_core.simulation.conditions import place_of
 
@@ -147,24 +148,36 @@ def check(scenario: Scenario) -> None:
     be used, each once, with its first user.
     """
     found: dict[str, str] = {}
-    for user in scenario.users:
-        for attempt in _attempts(user, scenario):
-            try:
-                attempt()
-            except PmwvcError as error:
-                found.setdefault(str(error), user.name)
-    problems = [f"{who}: {text}" for text, who in found.items()]
-    try:
-        environments.require(scenario.server.environment)
-    except PmwvcError as error:
-        problems.append(str(error))
+    for who, needed in _needs(scenario):
+        try:
+            needed()
+        except PmwvcError as error:
+            found.setdefault(str(error), f"{who}{error}")
     if not has_waves(scenario.controller) and not scenario.environment.known:
         known = [name for name, record in environments.LIBRARY.items() if record.known]
         only = f"{scenario.controller} supports only {' and '.join(known)}"
         name = scenario.server.environment
-        problems.append(f"server.environment = {name!r}: needs controller = pmwvc ({only})")
-    if problems:
-        raise ScenarioError(scenario.name, problems)
+        found[""] = f"server.environment = {name!r}: needs controller = pmwvc ({only})"
+    if found:
+        raise ScenarioError(scenario.name, [*found.values()])
+
+
+def _needs(scenario: Scenario) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield calls, each with the user whose it is, that fail where something cannot be had."""
+    from pmwvc_core.made.user import made_user  # no help waits for the laws
+
+    for user in scenario.users:
+        who, place = f"{user.name}: ", place_of(user, scenario)
+        # Nodes and devices need ROS; the simulated one is there, installed or run from source.
+        if not user.device.is_simulated and importlib.util.find_spec("pmwvc_master") is not None:
+            from pmwvc_master.devices import PLUGINS
+
+            yield who, partial(PLUGINS.required, user.device.plugin)
+        yield who, partial(make_hand, user.operator, scenario.task, place)
+        yield who, partial(made_user, user, scenario)
+        for link in (user.link_up, user.link_down):
+            yield who, partial(effects.check, link)
+    yield "", partial(environments.require, scenario.server.environment)
 
 
 def require_ros() -> None:
@@ -198,21 +211,3 @@ def notes(scenario: Scenario) -> list[str]:
         for user in scenario.users
         if not user.device.is_simulated
     ]
-
-
-def _attempts(user: User, scenario: Scenario) -> list[Callable[[], object]]:
-    """Return calls, of which each fails where something that a user needs cannot be had."""
-    from pmwvc_core.made.user import made_user  # no help waits for the laws
-
-    attempts: list[Callable[[], object]] = [
-        lambda: make_hand(user.operator, scenario.task, place_of(user, scenario)),
-        lambda: made_user(user, scenario),
-        lambda: effects.check(user.link_up),
-        lambda: effects.check(user.link_down),
-    ]
-    # Nodes and devices need ROS; the simulated one is there, installed or run from source.
-    if not user.device.is_simulated and importlib.util.find_spec("pmwvc_master") is not None:
-        from pmwvc_master.devices import PLUGINS
-
-        attempts.insert(0, lambda: PLUGINS.required(user.device.plugin))
-    return attempts

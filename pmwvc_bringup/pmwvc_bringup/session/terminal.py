@@ -17,8 +17,8 @@ from rich.table import Table
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing
 from pmwvc_bringup.session import surroundings
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.words import count
 
 STATES = ("starting", "coupled", "damping", "FAULT")
 

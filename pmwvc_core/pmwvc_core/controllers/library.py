@@ -14,8 +14,9 @@ from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.couplings import AvatarSeen, Direct, Held, VirtualCoupling
 from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, PspmDevice
-from pmwvc_core.law.without_waves.tdpa import Observer, TdpaDevice, tdpa_law
+from pmwvc_core.law.without_waves.tdpa import Observer, Tdpa, TdpaDevice
 from pmwvc_core.params import MasterParams, ServerParams
+from pmwvc_core.params.server import TdpaParams
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, forward
 
@@ -28,6 +29,12 @@ PMWVC = Controller(
     storage_j=lambda master, _: float(master.position.storage_j * master.position.is_paid),
     accounts=accounts.OF_WAVES,
 )
+
+
+def tdpa_law(params: TdpaParams, tick_s: float) -> Tdpa:
+    """Return the law for a tick [s]."""
+    kept = 1.0 / (1.0 + tick_s / params.fade_s) if params.fade_s > 0.0 else 0.0
+    return Tdpa(params.damping, params.damping_max, kept, params.drift_share)
 
 
 DIRECT = Controller(
@@ -47,7 +54,6 @@ VIRTUAL_COUPLING = Controller(
     law=lambda baseline, tick_s: VirtualCoupling(
         baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
     ),
-    sprung=True,
     device_rest=lambda baseline, axes: AvatarSeen((0.0,) * axes, (0.0,) * axes),
     avatar_rest=lambda baseline, axes: NOTHING,
     linear="virtual_coupling",
@@ -60,7 +66,7 @@ TDPA = Controller(
     "later; a device at rest dissipates none.",
     waves=False,
     law=lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
-    device_rest=lambda baseline, axes: TdpaDevice((0.0,) * axes, (0.0,) * axes),
+    device_rest=lambda baseline, axes: TdpaDevice((0.0,) * axes),
     avatar_rest=lambda baseline, axes: Observer(),
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
@@ -82,9 +88,8 @@ PSPM = Controller(
     law=lambda baseline, tick_s: Pspm(
         baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
     ),
-    sprung=True,
     device_rest=lambda baseline, axes: PspmDevice(
-        ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j), (0.0,) * axes
+        ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j)
     ),
     avatar_rest=lambda baseline, axes: ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j),
     linear="virtual_coupling",  # with tanks that are never empty

@@ -19,8 +19,8 @@ import numpy as np
 from pmwvc_core.law.port import filter_bank
 from pmwvc_core.law.vectors import Vector, dot, plus, scaled, zero
 from pmwvc_core.params import LocalModelParams
-from pmwvc_core.plugins import PluginGroup
-from pmwvc_core.server.contained import LARGEST_N, BadAnswer, Faults, signal
+from pmwvc_core.plugins import BadAnswer, Faults, PluginGroup
+from pmwvc_core.server.contained import LARGEST_N, signal
 
 PLUGINS = PluginGroup(
     "pmwvc.local_models",

@@ -15,7 +15,7 @@ from pmwvc_core.account import Entry
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.effects import longest_s
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
-from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.plugins import Record
 from pmwvc_core.server.couplings import Coupling, backward
 
@@ -119,7 +119,6 @@ class Controller(Record):
     # of one of the library without waves: from ``baseline.*`` and the tick [s], the NamedTuple by
     # whose type the families of :mod:`pmwvc_core.law.without_waves` choose its laws
     law: Callable[[BaselineParams, float], Any] | None = None
-    sprung: bool = False  # whether the avatars of such a one hang on springs to their devices
     # from the parameters (with ``law`` those of ``baseline.*``) and the number of axes, the states
     # that the ends start from (NamedTuples)
     device_rest: Callable[[Any, int], Any] = lambda p, axes: ()

@@ -2,20 +2,71 @@
 # SPDX-License-Identifier: Apache-2.0
 """What both ends take in: packets, which a receiver judges before the laws have them, and changes
 from other threads.
+
+Outside a signal of one axis is a float, one of several an array ``(dof,)``; in the laws both are
+tuples.
 """
 
 from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any
 
+import numpy as np
+
 from pmwvc_core.controllers.library import has_waves, is_strict, record_of
-from pmwvc_core.ends.forms import known
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
+from pmwvc_core.law.vectors import Vector
+from pmwvc_core.numeric import Value
+from pmwvc_core.transport.packet import (
+    FLAG_ANEW,
+    FLAG_DIRECT,
+    FLAG_LEAVING,
+    FLAG_SHORT,
+    FLAG_WAITING,
+    WavePacket,
+)
 from pmwvc_core.transport.receiver import ACCEPTED, NEW_EPOCH, Receiver
 from pmwvc_core.wave.impedance import Impedance, largest_wave
 
-LONGEST_PERIOD_S = 10.0  # of a packet on the strict channel
+
+def vector(value: Value, dof: int) -> Vector:
+    """Return a signal as the laws have it; a number stands for all axes."""
+    if isinstance(value, np.ndarray) and value.ndim:
+        return tuple(value.tolist())
+    return (float(value),) * dof
+
+
+def scalar(value: Value) -> float:
+    """Return a quantity of the whole (an energy), which a plug-in may give as an array of one."""
+    return vector(value, 1)[0]
+
+
+def value(signal: Vector) -> Value:
+    """Return a signal of the laws as others have it."""
+    return signal[0] if len(signal) == 1 else np.array(signal)
+
+
+def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
+    """Return an accepted packet as the laws have it."""
+    flags, energy_j = packet.flags, scalar(packet.energy)
+    wave, integral, position = (
+        vector(each, dof) for each in (packet.wave, packet.integral, packet.position)
+    )
+    return Packet(
+        packet.seq, packet.sent_ns, packet.period, wave, integral, energy_j, position,
+        bool(flags & FLAG_SHORT), bool(flags & FLAG_WAITING), bool(flags & FLAG_ANEW),
+        bool(flags & FLAG_LEAVING), packet.extra, packet.echo_seq, fresh, lost, packet.epoch,
+    )  # fmt: skip
+
+
+def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) -> WavePacket:
+    """Return a packet of the laws for the link, with its sender's life, flags and echo."""
+    flags |= packet.waits * FLAG_WAITING | packet.anew * FLAG_ANEW | packet.leaves * FLAG_LEAVING
+    return WavePacket(
+        epoch, packet.number, packet.sent_ns, packet.period_s, value(packet.wave),
+        value(packet.integral), packet.energy_j, value(packet.position), *echo,
+        flags | packet.short * FLAG_SHORT, packet.extra,
+    )  # fmt: skip
 
 
 class Inbox(Receiver):
@@ -28,11 +79,13 @@ class Inbox(Receiver):
         from_server: bool,
     ) -> None:  # fmt: skip
         self._waves = has_waves(session.controller)
-        longest = largest_wave(impedance, waves=self._waves)
-        super().__init__(session.dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+        super().__init__(
+            session.dof, period_s=period_s, timeout_s=timeout_s,
+            any_period=is_strict(session.controller, session.channel),
+        )  # fmt: skip
+        self.match(impedance)
         self.flags = 0 if self._waves else FLAG_DIRECT  # of packets that this end sends
         self._extra = record_of(session.controller).extra(session.dof)[from_server]
-        self._any_period = is_strict(session.controller, session.channel)
         self.other_controller = 0
 
     def take(self, packets: Iterable[WavePacket], now_ns: int) -> list[Packet]:
@@ -54,15 +107,6 @@ class Inbox(Receiver):
         """Expect the waves of a port of another impedance [N s/m]."""
         self.max_wave = largest_wave(impedance, waves=self._waves)
 
-    def expect(self, silence_ns: int) -> None:
-        """Count the other end as silent after so long."""
-        self._silence_ns = silence_ns
-
-    def _lasts(self, period_s: float) -> bool:
-        if self._any_period:
-            return 0.0 < period_s <= LONGEST_PERIOD_S
-        return super()._lasts(period_s)
-
 
 class PortEnd:
     """What both ends have: a receiver per user, and changes of parameters while they run."""
@@ -81,7 +125,6 @@ class PortEnd:
         self._waiting.append(change)
 
     def _take_changes(self) -> None:
-        """Make the changes that were handed over."""
         if self._waiting:
             self.changes += 1
         while self._waiting:

@@ -13,29 +13,45 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_server
-from pmwvc_core.ends.forms import message
-from pmwvc_core.ends.inbox import Inbox
-from pmwvc_core.ends.server_view import ServerView
-from pmwvc_core.frame.rows import ServerRow
+from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value
+from pmwvc_core.frame import Presence, ServerRow
 from pmwvc_core.law.channel.arrivals import arrive, news
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
-from pmwvc_core.law.server.server_port import changed_port, left
+from pmwvc_core.law.server.server_port import changed_port, environment_energies, left, port_shown
 from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
 from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.plant.task import task_of
+from pmwvc_core.plant.forces import offset, task_of
+from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.black_box import Call, Outside, directly
-from pmwvc_core.server.contained import BadAnswer, Contained, Faults
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
 
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
+LEAST_M = 1e-3  # avatars less far from their device are not reported
 
 
-class ServerEnd(ServerView):
+def why_kept(*, waves: bool, black_box: bool) -> str:
+    """Return why a distance at joining stays, for a controller and an environment."""
+    if not waves:
+        return "this controller keeps the distance"
+    if black_box:
+        return "an environment known by its forces only has no face to stop at, so it cannot slide"
+    return "it joined with the device inside the object, and slides to it once there is room"
+
+
+def kept_words(distance_m: float, why: str) -> str:
+    """Return the distance and why it stays; nothing below ``LEAST_M``."""
+    if not distance_m > LEAST_M:
+        return ""
+    return f"avatar {1e3 * distance_m:.1f} mm from the device since joining: {why}"
+
+
+class ServerEnd(PortEnd):
     """All users' ports around one environment.
 
     ``session`` has controller, channel, axes, users, server, task, ``times`` of silence, release
@@ -55,9 +71,12 @@ class ServerEnd(ServerView):
         count, dof = len(self._users), session.dof
         first, step = (SERVER_EPOCH, 1) if epoch is None else (epoch, 0)
         self._epochs = [first + step * number for number in range(count)]
+        self.faults = Faults("server.coupling", self.params.coupling)
         self.p = self._made(self.params.period_s)
         self.s = resting_server(self._users, session, self.p, call)
-        self.faults = self._found_faults()
+        asked = getattr(self.s.environment.body, "environment", None)
+        if isinstance(asked, Outside):
+            self.faults = asked.faults
         inboxes = []
         for user in self._users:
             times_s = {"period_s": user.master.frame_s, "timeout_s": session.times.timeout_s}
@@ -68,15 +87,10 @@ class ServerEnd(ServerView):
         self._accounts = [each.name for each in kept]
         self.steps, self.paused, self._idle = 0, False, idle_until_joined
 
-    def _made(self, period_s: float, before: Any = None) -> Any:
-        """Return the parameters for steps of that length [s]; counts of faults go on."""
+    def _made(self, period_s: float) -> Any:
+        """Return the parameters for steps of that length [s]."""
         server = dataclasses.replace(self.params, period_s=period_s)
-        p = server_params(self._users, self._session, server)
-        coupling, was = _contained(p), _contained(before)
-        if coupling is None or was is None:
-            return p
-        coupling = coupling._replace(faults=was.faults)
-        return p._replace(environment=p.environment._replace(coupling=coupling))
+        return server_params(self._users, self._session, server, self.faults)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on; users leave, and join anew afterwards."""
@@ -92,21 +106,13 @@ class ServerEnd(ServerView):
         """Take other parameters over before a step, which lasts ``first_s`` [s]."""
         before, self.params = self.params, params
         if params.coupling != before.coupling:
-            self.faults = self._found_faults()
+            self.faults = Faults("server.coupling", params.coupling)
         regular = math.isclose(first_s, params.period_s)
         self._last(params.period_s if regular else first_s)
 
-    def _found_faults(self) -> Faults:
-        """Return what counts the steps that went wrong."""
-        asked = getattr(self.s.environment.body, "environment", None)
-        if isinstance(asked, Outside):
-            return asked.faults
-        coupling = _contained(self.p)
-        return coupling.faults if coupling else Faults("server.coupling", self.params.coupling)
-
     def _last(self, period_s: float) -> None:
         """Let the steps from here on last so long [s]."""
-        p = self._made(period_s, self.p)
+        p = self._made(period_s)
         self.s = self.s._replace(environment=changed_server(self.s.environment, self.p, p))
         self.p = p
 
@@ -119,7 +125,7 @@ class ServerEnd(ServerView):
         ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
-        p = self._made(self.p.period_s, self.p)
+        p = self._made(self.p.period_s)
         pairs = zip(p.guests, self.p.guests, strict=True)
         # What a receiver was made for stays; the longest wave is the receiver's to know.
         self.p = p._replace(
@@ -187,12 +193,51 @@ class ServerEnd(ServerView):
         return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
 
     def _expect(self) -> None:
-        """Tell the receivers from when on users are silent."""
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
-            inbox.expect(guest.arrivals.silence.limit_ns)
+            inbox.silence_ns = guest.arrivals.silence.limit_ns
 
+    @property
+    def presence(self) -> list[Presence]:
+        """State of every user."""
+        return [Presence(guest.presence) for guest in self.s.guests]
 
-def _contained(p: Any) -> Contained | None:
-    """Return the coupling of another package, if that is what the parameters have."""
-    coupling = getattr(getattr(p, "environment", None), "coupling", None)
-    return coupling if isinstance(coupling, Contained) else None
+    @property
+    def x_o(self) -> Value:
+        """Position of the object [m]."""
+        return value(self.s.environment.body.x)
+
+    @property
+    def target_m(self) -> Value:
+        """Where the object is to be brought [m]."""
+        time_s = self.s.task_s
+        return value(offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task))
+
+    def avatar(self, user: int) -> tuple[Value, Value]:
+        """Return where a user's avatar is [m], and its force on the object [N]."""
+        port = self.s.environment.ports[user]
+        return value(port.x_s), value(port.avatar.f)
+
+    def offset(self, user: int) -> Value:
+        """Return how far an avatar is from its device without a force [m]."""
+        return value(self.s.environment.ports[user].offset)
+
+    def learned(self, user: int) -> float | None:
+        """Return (K T + 2B)/b of what a user touches, where its port learns it."""
+        p, s = self.p.environment, self.s.environment
+        return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
+
+    def _row(self) -> ServerRow:
+        """Return all of it, with the energies that the environment counts by name."""
+        p, e = self.p.environment, self.s.environment
+        kinetic, potential, *energies = environment_energies(p, e)
+        of_users = []
+        for user, port in enumerate(e.ports):
+            a, shown = port.avatar, port_shown(p, e, user)
+            motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
+            of_users.append((*motion, port.u_j, port.v_j, shown.touches))
+        columns = zip(*of_users, strict=True)
+        signals: dict[str, Any] = dict(zip(ServerRow._fields[-10:-2], columns, strict=True))
+        accounts = dict(zip(self._accounts, energies, strict=False))
+        of_object = value(e.body.x), value(e.body.xd), self.target_m
+        sums, state = (kinetic, potential, e.dissipated_j), tuple(self.presence)
+        return ServerRow(*of_object, *sums, **signals, state=state, accounts=accounts)

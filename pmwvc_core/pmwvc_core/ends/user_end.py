@@ -1,34 +1,39 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The master's end of a session: what :mod:`pmwvc_core.law.user_tick` has in order, with packets,
-changes and observers.
+"""The master's end of a session, with packets, changes and observers; and a simulated device with
+a hand on it, as a force loop meets it.
 
-::
+What :mod:`pmwvc_core.law.user_tick` has in order::
 
     tick 0 of a frame     the packet: the port's wave of the ticks before; changes
     every tick            packets to the receiver; motion -> port -> limits -> force
     answer tick           the newest wave to the port, once a frame
 
-Time is an argument: integer nanoseconds of any monotonic clock.
+What is sensed of the device at the start of a tick is the sample; then the controller's force is
+held for the tick. Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Any
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 from pmwvc_core.controllers.library import accounts_of_user
-from pmwvc_core.ends.forms import message, value, vector
-from pmwvc_core.ends.inbox import Inbox, PortEnd
-from pmwvc_core.frame.rows import DeviceSample, FrameReport, Row
-from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
+from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value, vector
+from pmwvc_core.frame import AT_ONCE, DeviceSample, FrameReport, FrameSchedule, Row
 from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_signals
 from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Value
+from pmwvc_core.params import DeviceParams
+from pmwvc_core.plant.device import device_step, resting_device, simulated_params
+from pmwvc_core.plant.forces import hand_force
+from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
-from pmwvc_core.unrolled import unrolled
+from pmwvc_core.unrolled import members, unrolled
 
 
 class UserEnd(PortEnd):
@@ -70,7 +75,7 @@ class UserEnd(PortEnd):
         """Take other parameters over, at a frame start: ``master``, ``safety``."""
         old, self._user = self._user, dataclasses.replace(self._user, **groups)
         self.s, self.p = changed_user(self.s, self.p, self._made(), old, self._user)
-        self.inbox.expect(self.s.arrivals.silence.limit_ns)
+        self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
@@ -106,7 +111,7 @@ class UserEnd(PortEnd):
         sensed = self._known(sample, now_ns)
         self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
         if taken:
-            self.inbox.expect(self.s.arrivals.silence.limit_ns)
+            self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
         u_m, u_m_lp, v_m = port_signals(self.s.port)
         applied, arrays = value(f), (value(u_m), value(u_m_lp), value(v_m))
         return applied, packet, (sample.x, sample.xd, sample.f_h, value(f_m), applied, *arrays)
@@ -128,7 +133,6 @@ class UserEnd(PortEnd):
         return Sample(vector(x, self._dof), vector(xd, self._dof), sample.valid, self._measured_ns)
 
     def _sent(self, now_ns: int, sample: Sample, *, leaves: bool) -> WavePacket | None:
-        """Send what a frame leaves."""
         echo, before = self.inbox.echo(now_ns), self.s.packing.events
         self.s, packet, sends = self._send(self.s, now_ns, sample, leaves, self.p)
         if not sends:
@@ -158,3 +162,53 @@ class UserEnd(PortEnd):
         accounts = dict(zip(self._accounts, energies[4:], strict=False))
         u_m, u_tx, v_rx, v_m = energies[:4]
         return FrameReport(self.state, self.reason, u_m, u_tx, v_rx, v_m, accounts)
+
+
+# Time that a loop misses passes with the last force held, then the device stands still.
+CATCH_UP_S = 0.1
+Target: TypeAlias = Value | None  # of a remote hand [m]; None lets go
+
+
+class DevicePlant:
+    """A device and the hand on it; ParameterError where it starts outside its workspace."""
+
+    def __init__(
+        self, device: DeviceParams, hand: tuple[Any, Any], start: Vector, *, tick_s: float
+    ) -> None:
+        self._p = simulated_params(device, tick_s)
+        self.s = resting_device(start, self._p)
+        self.hand, self._of_hand = hand
+        self._take: Callable[[], Sequence[Target]] | None = None
+        self._axes, self._f_h = len(start), zero(start)
+        self._device_step = unrolled(device_step, self._axes)
+        self._hand_laws = members(hand_force, self._axes)
+        self.sample = DeviceSample(value(self.s.read_x), value(self.s.read_xd), work=(0.0, 0.0))
+
+    @property
+    def remote(self) -> RemoteHand | None:
+        """The hand that follows targets, if it is such a one."""
+        hand = getattr(self.hand, "hand", self.hand)
+        return hand if isinstance(hand, RemoteHand) else None
+
+    def listen(self, take: Callable[[], Sequence[Target]]) -> None:
+        """Have a hand ``from_outside`` follow the targets that a call returns, new ones each."""
+        self.hand, self._of_hand, self._take = self.hand.hand, self._of_hand.hand, take
+
+    def sense(self, acts: bool) -> DeviceSample:
+        """Return the sample at the start of a tick; the hand, on the device, acts or waits."""
+        hand = self.hand
+        for target in self._take() if self._take else ():
+            wanted = math.nan if target is None else target
+            hand = remote_target(hand, vector(wanted, self._axes))
+        law = self._hand_laws[type(hand)]
+        self.hand, self._f_h = law(hand, self.s.x, self.s.xd, acts, self._of_hand)
+        self.sample.f_h = value(self._f_h)
+        return self.sample
+
+    def step(self, f_m: Value) -> DeviceSample:
+        """Advance one tick with both forces held; return the sample at its end."""
+        f, sample = vector(f_m, self._axes), self.sample
+        self.s, x, xd = self._device_step(self.s, self._f_h, f, self._p)
+        sample.x, sample.xd = value(x), value(xd)
+        sample.work = self.s.against_j, self.s.by_hand_j
+        return sample

@@ -114,3 +114,17 @@ def total(start: float, values: Vector) -> float:
 def is_zero(a: Vector) -> bool:
     """Tell whether every element is zero."""
     return a == zero(a)
+
+
+# By function: its text along an axis, and how the axes are joined (where empty: as a vector).
+BY_AXIS: dict[Callable[..., Any], tuple[str, str]] = {
+    plus: ("{a}[{i}] + {b}[{i}]", ""),
+    minus: ("{a}[{i}] - {b}[{i}]", ""),
+    times: ("{a}[{i}] * {b}[{i}]", ""),
+    scaled: ("{a}[{i}] * {b}", ""),
+    zero: ("0.0", ""),
+    dot: ("{a}[{i}] * {b}[{i}]", " + "),
+    squared: ("{a}[{i}] * {a}[{i}]", " + "),
+    within: ("-{b} < {a}[{i}] < {b}", " and "),
+    is_zero: ("{a}[{i}] == 0.0", " and "),
+}

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.controllers.library import is_strict, record_of
-from pmwvc_core.controllers.plugged import Kept, PluggedServerParams
+from pmwvc_core.controllers.plugged import Kept
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.black_box import Accounts, BlackBoxParams, BoxState
-from pmwvc_core.law.black_box.compensations import compensation_params
+from pmwvc_core.law.black_box.compensations import Terms
 from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.channel.arrivals import start_of
-from pmwvc_core.law.channel.packet import Packing, packing_params
+from pmwvc_core.law.channel.packet import Packing
 from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
 from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
@@ -27,30 +27,32 @@ from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
-from pmwvc_core.made.user import arrivals_params, values_of
+from pmwvc_core.made.user import arrivals_params, end_law, packing_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
-from pmwvc_core.plugins import refused
+from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
-from pmwvc_core.server.contained import Contained, Faults
+from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
 from pmwvc_core.server.environments import PLUGINS, environment_of
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 
-def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
-    """Return what closes the algebraic loop, that of another package contained; ParameterError
-    where it cannot make its law (with the reason).
+def coupling_of(
+    server: ServerParams, users: Sequence["scenarios.User"], faults: Faults | None = None
+) -> Any:
+    """Return what closes the algebraic loop, that of another package contained, which counts its
+    ``faults``; ParameterError where it cannot make its law (with the reason).
     """
     record = COUPLINGS.of(server.coupling)
     assert record.law is not None
     with refused(f"server.coupling = {record.name!r}"):
         law = record.law(*weights(server.integrator, server.period_s))
     if record.name not in COUPLINGS.library:
-        faults = Faults("server.coupling", record.name)
+        faults = faults or Faults("server.coupling", record.name)
         moves = (record.moves or backward)(server)
         return Contained(law, faults, *moves, record.late, record.object_motion)
     return ImplicitCoupled(0) if isinstance(law, Implicit) and are_coupled(users) else law
@@ -79,10 +81,11 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
 
 
 def server_params(
-    users: Sequence["scenarios.User"], session: Any, server: ServerParams
-) -> ServerStepParams:
+    users: Sequence["scenarios.User"], session: Any, server: ServerParams,
+    faults: Faults | None = None,
+) -> ServerStepParams:  # fmt: skip
     """Return the parameters of the server's step; ``session`` has controller, channel, axes and
-    times (a scenario, or what a node was given).
+    times (a scenario, or what a node was given), ``faults`` counts those of a coupling.
     """
     strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
     times, guests = session.times, []
@@ -92,25 +95,27 @@ def server_params(
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
     values = tuple(values_of(user, record) for user in users)
     environment: Any
-    if record.avatar is not None:
-        body = object_of(server)
-        environment = PluggedServerParams(record.avatar, values, record.energies, body)
-    elif record.law is not None:
-        laws = tuple(map(record.law, values, [user.master.tick_s for user in users]))
-        environment = AvatarEndParams(laws, object_of(server), record.sprung)
+    laws = [
+        end_law(record, each, user.master.tick_s) for each, user in zip(values, users, strict=True)
+    ]
+    if record.avatar is not None or record.law is not None:
+        environment = AvatarEndParams(tuple(laws), object_of(server))
     elif COUPLINGS.of(server.coupling).black_box:
         law, of_environment = None, environment_of(server.environment)
         if of_environment.made:
             _, law = of_environment.made(server, _contacts(users, session), session.dof)
         sloped, moves = of_environment.sloped, weights(server.integrator, server.period_s)
         identity = tuple(map(tuple, np.eye(session.dof).tolist()))
-        wall = body_law(math.inf, 0.0, server.period_s)
+        wall, h = body_law(math.inf, 0.0, server.period_s), server.period_s
+        treated = Terms(h, h * server.allowance_w, server.allowance_j, server.tank_cap_j)
         environment = BlackBoxParams(
-            law, compensation_params(server), wall, strict, *moves, sloped,
+            law, treated, wall, strict, *moves, sloped,
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
-        environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
+        environment = EnvironmentParams(
+            coupling_of(server, users, faults), object_of(server), strict
+        )
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )

@@ -10,10 +10,10 @@ import dataclasses
 from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
-from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedParams
+from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedLaw
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.channel.packet import LATENESSES, Packing, no_packet, packing_params
+from pmwvc_core.law.channel.packet import LATENESSES, Packing, PackingParams, no_packet
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
@@ -21,16 +21,17 @@ from pmwvc_core.law.port.master import NEVER_NS
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness, loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, limits_params
+from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, LimitsParams
 from pmwvc_core.law.user_tick import ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
-from pmwvc_core.params import MasterParams
+from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
 NEVER = 1 << 62  # ticks
+ROUNDING = 1e-9  # of times, relative
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
 # What may change without a new beginning of what is around the port.
 GOES_ON = ("impedance", "position", "bank", "local_model", "rate_drop", "deadband")
@@ -43,6 +44,31 @@ def values_of(user: "scenarios.User", record: Controller) -> Any:
     if record.law is not None:
         return user.baseline
     return getattr(user.own, record.name) if record.params else None
+
+
+def end_law(record: Controller, values: Any, tick_s: float) -> Any:
+    """Return what chooses the law of an end without waves, or of another package."""
+    if record.law is not None:
+        return record.law(values, tick_s)
+    device: Any = record.device
+    return PluggedLaw(device, record.avatar, values, record.energies, record.waves)
+
+
+def packing_params(deadband: DeadbandParams) -> PackingParams:
+    """Return the parameters of a sender."""
+    ratio = deadband.ratio if deadband.is_on else -1.0
+    return PackingParams(float(ratio), deadband.longest_s * (1.0 + ROUNDING))
+
+
+def limits_params(
+    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
+) -> LimitsParams:
+    """Return the limits of a force loop; a brake of no stiffness is none."""
+    return LimitsParams(
+        safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
+        max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
+        reach, brake > 0.0, brake,
+    )  # fmt: skip
 
 
 def arrivals_params(
@@ -75,15 +101,13 @@ def made_user(
     packet, law = no_packet(nothing, ()), record.device_rest(values, axes)
     port: Any
     of_port: Any
-    if record.device is not None:
-        up, down = record.extra(axes)
-        answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
-        came, sums_j = packet._replace(extra=(0.0,) * down), (0.0,) * 4
-        port = Plugged(law, nothing, nothing, came, False, False, answer, nothing, *sums_j)
-        of_port = PluggedParams(record.device, values, record.energies, tick_s, record.waves)
-    elif record.law is not None:
-        port = DeviceEnd(nothing, nothing, law)
-        of_port = DeviceEndParams(tick_s, record.law(values, tick_s))
+    if record.device is not None or record.law is not None:
+        if record.device is not None:
+            up, down = record.extra(axes)
+            answer = DeviceAnswer(nothing, nothing, (0.0,) * up)
+            law = Plugged(law, packet._replace(extra=(0.0,) * down), answer)
+        port = DeviceEnd(nothing, nothing, nothing, law)
+        of_port = DeviceEndParams(tick_s, end_law(record, values, tick_s))
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The master's end of waves, made from parameters."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,10 @@ from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave import filter_and_hold as rates
 from pmwvc_core.law.wave.wave import ImpedanceMatrix, impedance
-from pmwvc_core.params import MasterParams
+from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.aliasing import delay_of
+from pmwvc_core.wave.filter_design import bank_filters, design, pole_of
 from pmwvc_core.wave.velocity_filter_design import passing
 
 
@@ -40,6 +42,29 @@ def made_impedance(b: Any) -> Any:
 
 def _rows(matrix: Any) -> tuple[Vector, ...]:
     return tuple(tuple(row) for row in np.asarray(matrix).tolist())
+
+
+def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) -> tuple[Any, Any]:
+    """Return a filter at rest, and its parameters: its sections, its pole, or the ticks M."""
+    nothing, pole = (0.0,) * axes, 0.0
+    if params.kind == "integrate_and_dump":
+        return rates.Mean(nothing, 0), rate_drop
+    if params.kind == "butterworth":
+        sections = rates.sections_of(design(params, tick_s=tick_s))
+        return rates.Butterworth(nothing, (rates.resting_cascade(sections),) * axes), sections
+    if params.kind == "first_order":
+        pole = math.exp(-float(pole_of(params)) * tick_s)
+    return rates.FirstOrder(nothing), pole
+
+
+def _made_bank(master: MasterParams, local: Any, axes: int) -> tuple[Any, Any]:
+    """Return the bank of a master around a local model, at rest, and its parameters."""
+    found = bank_filters(master.bank, tick_s=master.tick_s)
+    filters = found.low_up, found.low_down, found.high_up, found.high_down
+    sections = [() if each is None else rates.sections_of(each) for each in filters]
+    cascades = [(rates.resting_cascade(each),) * axes for each in sections]
+    s = filter_bank.Bank._make([*cascades, filter_bank.resting_local(local, axes), (0.0,) * 4])
+    return s, filter_bank.BankFilters._make([*sections, local, master.tick_s])
 
 
 def made_waves(
@@ -70,7 +95,7 @@ def made_waves(
         )  # fmt: skip
         of = of_filters, of_position, master.position.is_on, lent_j, playout
         return state, StrictMasterParams(impedance_, master.tick_s, *of)
-    filter_, chosen = rates.made_filter(master.filter, axes, master.tick_s, master.rate_drop)
+    filter_, chosen = made_filter(master.filter, axes, master.tick_s, master.rate_drop)
     hold = rates.Hold(rest, rest, rest, 0)
     plain = PlainMaster(hold, filter_, filters, position, waves, rest, rest, rest, *(0.0,) * 5)
     times = master.tick_s, master.frame_s, master.rate_drop if master.ramps else 1
@@ -109,7 +134,7 @@ def _made_filters(
         model: Any = filter_bank.SpringDamper(local.stiffness, local.damping, *place)
         if local.is_plugin:
             model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
-        far = filter_bank.made_bank(master, model, axes)
+        far = _made_bank(master, model, axes)
     states, params = zip(near, far, strict=True)
     return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)
 

@@ -6,7 +6,6 @@ A packet's jitter is the quantile of its random number, so that the marginal dis
 whatever correlation the numbers have.
 """
 
-import bisect
 import functools
 import itertools
 import math
@@ -14,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,8 +28,7 @@ USUAL_SHAPES = {"gamma": 2.0, "lognormal": 0.5, "pareto": 3.0, "paretonormal": 3
 FORM = "must be probability:seconds from 0 to 1, rising, separated by blanks"
 
 
-@dataclass(frozen=True)
-class Quantiles:
+class Quantiles(NamedTuple):
     """Probabilities from 0 to 1, and the value at each [s]."""
 
     probability: tuple[float, ...]
@@ -38,18 +36,15 @@ class Quantiles:
 
     def at(self, u: float) -> float:
         """Return the quantile [s] of a number in [0, 1]."""
-        p, x = self.probability, self.value_s
-        k = min(bisect.bisect_right(p, u), len(p) - 1) - 1
-        return x[k] + (x[k + 1] - x[k]) * (u - p[k]) / (p[k + 1] - p[k])
+        return float(np.interp(u, self.probability, self.value_s))
 
-    @functools.cached_property
+    @property
     def moments(self) -> tuple[float, float]:
         """Return mean and standard deviation [s]."""
-        mean = square = 0.0
-        points = itertools.pairwise(zip(self.probability, self.value_s, strict=True))
-        for (p, x), (q, y) in points:
-            mean += (q - p) * (x + y) / 2.0
-            square += (q - p) * (x * x + x * y + y * y) / 3.0
+        weight, x = np.diff(self.probability), np.array(self.value_s)
+        low, high = x[:-1], x[1:]
+        mean = float(weight @ (low + high)) / 2.0
+        square = float(weight @ (low * low + low * high + high * high)) / 3.0
         return mean, math.sqrt(max(square - mean * mean, 0.0))
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.errors import reason
+from pmwvc_core.plugins import Faults
 
 
 class FateKind(enum.IntEnum):
@@ -68,23 +68,6 @@ class LinkCounters:
     queued: int = 0  # inside the link now
 
 
-@dataclass
-class EffectFaults:
-    """The number of failures of a link's plug-in effects, and the reason of the last one."""
-
-    count: int = 0
-    text: str = ""
-
-    def note(self, name: str, error: BaseException) -> None:
-        """Count a call that failed."""
-        self.count += 1
-        self.text = f"link.effects = {name!r} raised {reason(error)}"
-
-    def __str__(self) -> str:
-        """Return count and reason."""
-        return f"calls without the effect: {self.count}; last: {self.text}"
-
-
 DELIVERED = FateKind.DELIVERED  # an attribute of an enum is slow to look up
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)  # until they come out
 
@@ -94,7 +77,7 @@ class InFlight:
 
     def __init__(self) -> None:
         self.counters = LinkCounters()
-        self.faults = EffectFaults()
+        self.faults = Faults("link.effects")
         self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
         self._entered = 0
         self._highest_out = 0
@@ -103,6 +86,12 @@ class InFlight:
     def next_due_ns(self) -> int | None:
         """Time at which the next packet comes out [ns]; None when none is in flight."""
         return self._in_flight[0][0] if self._in_flight else None
+
+    @property
+    def failed(self) -> str:
+        """How often plug-ins failed, and how they did last; empty where they did not."""
+        steps, text = self.faults.steps, self.faults.text
+        return f"calls without the effect: {steps}; last: {text}" if steps else ""
 
     def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
         """Take out what is due by now, in the order of delivery."""
@@ -188,7 +177,6 @@ class FateLog:
         self._taken = 0
 
     def __len__(self) -> int:
-        """Return how many records wait to be taken."""
         return len(self._records)
 
     def add(
@@ -201,10 +189,8 @@ class FateLog:
 
     def take(self, most: int | None = None) -> dict[str, Any]:
         """Return the oldest records as columns, and the number of the ``first``."""
-        records = self._records[:most]
+        records = np.array(self._records[:most], dtype=list(COLUMNS.items()))
         self._records = self._records[len(records) :]
-        first = self._taken + 1
         self._taken += len(records)
-        columns = list(zip(*records, strict=True)) or [()] * len(COLUMNS)
-        named = zip(COLUMNS.items(), columns, strict=True)
-        return {"first": first} | {n: np.array(each, dtype=kind) for (n, kind), each in named}
+        first = self._taken - len(records) + 1
+        return {"first": first} | {name: records[name].copy() for name in COLUMNS}

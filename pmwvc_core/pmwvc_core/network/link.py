@@ -11,7 +11,6 @@ from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
-from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.network.delay_trace import LOST, recording_of
 from pmwvc_core.network.distributions import Distribution, drawn
 from pmwvc_core.network.draws import Draws, Losses
@@ -19,8 +18,8 @@ from pmwvc_core.network.effects import check, plugins_of
 from pmwvc_core.network.effects.library import LIBRARY
 from pmwvc_core.network.effects.record import HOOKS, Effect, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
+from pmwvc_core.network.presets import timeline_of
 from pmwvc_core.network.queues import Order, SerialLine, Slots
-from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import refused
 
@@ -70,10 +69,7 @@ class Link(InFlight):
                 self._made[name] = made
                 made.begin_ns = self._begin_ns or 0
             else:
-                try:
-                    made.configure(params)
-                except PLUGIN_ERRORS as error:
-                    self.faults.note(name, error)
+                self.faults.guarded(partial(made.configure, params), None, name)
             effects[name] = made
         self._hooks = {
             hook: [

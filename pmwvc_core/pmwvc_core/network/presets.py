@@ -1,13 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Networks by name: link settings for both directions, as data, each with its source; "estimate"
-marks what is not measured. Bursts of loss are Gilbert-Elliott, everything lost in the bad state.
+"""Networks by name, and the timeline of a link, which may name them.
+
+Networks are settings for both directions, as data, each with its source; "estimate" marks what is
+not measured. Bursts of loss are Gilbert-Elliott, everything lost in the bad state.
+
+A timeline goes from the first packet on: ``5 outage; 5.5 lte; 20 delay_s=0.02..0.2 loss=0.1; 30
+base; 40 repeat``. Each entry holds until the next one. It names what differs from the settings of
+the link: a network by name, single settings, a ramp of the delay; ``base``: nothing; ``outage``:
+every packet is lost; ``repeat``, the last entry: it begins anew.
 """
 
+import bisect
+import dataclasses
+import functools
+import math
 from dataclasses import dataclass
 from typing import Any
 
+from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import LinkParams, specs
+from pmwvc_core.params.names import hint, timed
 
 
 @dataclass(frozen=True)
@@ -63,8 +76,7 @@ PRESETS = {
     },
     "man_fibre": _same(
         _link(7e-3, "gamma", 0.7e-3, jitter_shape=2.0, **_bursts(1e-4, 1.5)),
-        "fixed broadband, round trip 14 ms in the median (Ookla 2021), loss mostly below 0.4 % "
-        "(FCC); jitter estimate",
+        "fixed broadband, round trip 14 ms (Ookla 2021), loss below 0.4 % (FCC); jitter estimate",
     ),
     "continental": _same(
         _link(20e-3, "gamma", 2e-3, jitter_shape=2.0, **_bursts(1e-3, 2.0)),
@@ -84,13 +96,11 @@ PRESETS = {
     ),
     "wifi_campus": _same(
         _drawn(WIFI_CAMPUS, **_bursts(5e-3, 3.0)),
-        "47 000 devices, round trip of the radio hop 3, 20 and 250 ms at 50, 90 and 99 % (Sui et "
-        "al. 2016), halved; ends and loss estimate",
+        "half the round trip of 3, 20 and 250 ms at 50, 90 and 99 % (Sui 2016); the rest estimate",
     ),
     "wifi_bad": _same(
         _drawn(WIFI_BAD, slot_min_s=2e-3, slot_max_s=20e-3, **_bursts(2e-2, 3.0)),
-        "half of the packets above 20 ms, 10 % above 100 ms (Pei et al. 2016); slots of the "
-        "shared channel 2 to 20 ms, ends and loss estimate",
+        "half of the packets above 20 ms, 10 % above 0.1 s (Pei 2016); slots, ends, loss estimate",
     ),
     "wifi_worst": _same(
         _drawn(WIFI_BAD, slot_min_s=2e-3, slot_max_s=20e-3, **_bursts(5e-2, 6.0)),
@@ -130,10 +140,7 @@ PRESETS = {
         _link(1.28, "uniform", 5e-3, **_bursts(1e-3, 10.0)),
         "light to the Moon, one way; jitter and loss estimate",
     ),
-    "torture": _same(
-        _TORTURE,
-        "no network: everything at once; the delay grows and shrinks by 0.9 s a second",
-    ),
+    "torture": _same(_TORTURE, "no network: everything at once; delays change by 0.9 s a second"),
 }
 
 
@@ -145,3 +152,99 @@ def link_settings(name: str, directions: tuple[str, ...] = ("up", "down")) -> di
         for direction in directions
         for field in specs(LinkParams)
     }
+
+
+DIRECTIONS = ("up", "down")
+OWN_WORDS = ("base", "outage", "repeat")
+NOT_HERE = ("schedule", "effects")
+
+
+@dataclass(frozen=True)
+class TimelineEntry:
+    """One entry of a timeline."""
+
+    start_s: float
+    outage: bool = False
+    preset: str = ""
+    settings: tuple[tuple[str, Any], ...] = ()
+    ramp_s: tuple[float, float] | None = None  # of the delay, until the next entry
+
+    def applied(self, base: LinkParams, direction: int) -> LinkParams:
+        """Return the settings of a link during this entry; direction 0 is up."""
+        values = {name: getattr(base, name) for name in NOT_HERE}
+        if self.preset:
+            base = getattr(PRESETS[self.preset], DIRECTIONS[direction == 1])
+        return dataclasses.replace(base, **values | dict(self.settings))
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """The entries in their order; the first begins at 0. After ``length_s`` it begins anew."""
+
+    entries: tuple[TimelineEntry, ...]
+    length_s: float = math.inf
+
+    def at(self, elapsed_ns: int) -> tuple[int, float]:
+        """Return which entry holds, and which part of its time has passed (0 without an end)."""
+        time_s = elapsed_ns * 1e-9
+        if self.length_s < math.inf:
+            time_s %= self.length_s
+        starts = [entry.start_s for entry in self.entries]
+        number = bisect.bisect_right(starts, time_s) - 1
+        start_s, end_s = (*starts, self.length_s)[number : number + 2]
+        return number, (time_s - start_s) / (end_s - start_s) if end_s < math.inf else 0.0
+
+
+@functools.lru_cache(maxsize=64)
+def timeline_of(text: str) -> Timeline:
+    """Read ``link.schedule``; ParameterError with the entry, its value and what it must be."""
+    entries = [TimelineEntry(0.0)]
+    length_s = math.inf
+    for where, start_s, words in timed("schedule", text, "TIME SETTINGS", longest_s=1e6):
+        if length_s < math.inf:
+            raise ParameterError(f"{where}: nothing may come after repeat")
+        if words == ["repeat"]:
+            if not start_s:
+                raise ParameterError(f"{where}: time = 0: must be > 0 s for repeat")
+            length_s = start_s
+        else:
+            entry = _entry(where, start_s, words)
+            entries = [entry] if start_s == 0.0 else [*entries, entry]
+    if entries[-1].ramp_s and length_s == math.inf:
+        raise ParameterError(f"schedule: {text!r}: a ramp needs a later entry, at which it ends")
+    return Timeline(tuple(entries), length_s)
+
+
+def _entry(where: str, start_s: float, words: list[str]) -> TimelineEntry:
+    if words in (["outage"], ["base"]):
+        return TimelineEntry(start_s, outage=words == ["outage"])
+    preset, settings, ramp_s = "", {}, None
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals:
+            if name not in PRESETS or preset:
+                near = hint(name, [*PRESETS, *OWN_WORDS])
+                raise ParameterError(
+                    f"{where}: {name!r}: must be one network by name, name=value, or only one of "
+                    f"{', '.join(OWN_WORDS)}{near}"
+                )
+            if any(getattr(PRESETS[name], each).schedule for each in DIRECTIONS):
+                raise ParameterError(f"{where}: {name!r} has a timeline itself: must be another")
+            preset = name
+        elif name == "delay_s" and ".." in value:
+            first, last = (float(_setting(where, name, each)) for each in value.split("..", 1))
+            ramp_s, settings["delay_s"] = (first, last), first
+        else:
+            settings[name] = _setting(where, name, value)
+    return TimelineEntry(start_s, preset=preset, settings=tuple(settings.items()), ramp_s=ramp_s)
+
+
+def _setting(where: str, name: str, text: str) -> Any:
+    known = specs(LinkParams)
+    if name not in known or name in NOT_HERE:
+        raise ParameterError(f"{where}: {name!r}: there is no such setting{hint(name, known)}")
+    spec = known[name]
+    value = spec.converted(text)
+    if problem := spec.problem(value):
+        raise ParameterError(f"{where}: {name} = {problem}")
+    return value

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters as frozen dataclasses: one source for defaults, units, ranges and descriptions."""
 
-from pmwvc_core.params.baselines import BaselineParams as BaselineParams
 from pmwvc_core.params.fields import Spec as Spec
 from pmwvc_core.params.fields import Validated as Validated
 from pmwvc_core.params.fields import specs as specs
@@ -14,6 +13,7 @@ from pmwvc_core.params.port_filters import VelocityFilterParams as VelocityFilte
 from pmwvc_core.params.ports import DeadbandParams as DeadbandParams
 from pmwvc_core.params.ports import FilterParams as FilterParams
 from pmwvc_core.params.ports import MasterParams as MasterParams
+from pmwvc_core.params.server import BaselineParams as BaselineParams
 from pmwvc_core.params.server import ContactParams as ContactParams
 from pmwvc_core.params.server import ServerParams as ServerParams
 from pmwvc_core.params.user import DeviceParams as DeviceParams

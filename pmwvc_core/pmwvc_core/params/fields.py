@@ -3,19 +3,19 @@
 """The declaration of a parameter: default, unit, range, description, and the check that uses them.
 
 The YAML reader, the command line, the ROS declarations and the reference page all derive from this
-metadata. A number may be an array with a last axis of length 1: one value per run of a batch.
+metadata.
 """
 
 import dataclasses
 import functools
+import math
+import numbers
 import operator
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
-
-import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.plugins import installed
@@ -40,7 +40,7 @@ class Spec:
     """
 
     kind: type
-    unit: str = ""
+    unit: str = "-"
     low: float | None = None
     high: float | None = None
     above: float | None = None
@@ -77,7 +77,8 @@ class Spec:
                 return value
         if self.kind is float and type(value) is int:
             return float(value)
-        return int(value) if self.kind is int and _is_whole(value) else value
+        whole = self.kind is int and isinstance(value, float) and value.is_integer()
+        return int(value) if whole else value
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value, or None."""
@@ -93,31 +94,18 @@ class Spec:
                 not self.choices or value in self.choices or value in self.plugins()
             )
             return "" if right else self.range_text()
-        numbers = np.asarray(value)
-        listed = isinstance(value, (bool, list, tuple)) or not numbers.size
-        if listed or numbers.dtype.kind not in "iuf":
-            return self._number_text()
-        if not np.isfinite(numbers).all():
-            return f"finite and {self.range_text()}"
-        if self.kind is int and not (numbers == np.floor(numbers)).all():
-            return self._number_text()
+        kind, allowed = _KINDS[self.kind], self.range_text()
+        number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+        if number and (math.isnan(value) or abs(value) == math.inf):
+            return f"finite and {allowed}"
+        if not number or (self.kind is int and value != int(value)):
+            return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
         for side, within in _BOUNDS.values():
             limit = getattr(self, side)
-            if limit is not None and not within(numbers, limit).all():
+            if limit is not None and not within(value, limit):
                 ratio = self.kind is float and (self.low, self.high) == (0.0, 1.0)
-                percent = ratio and numbers.size == 1 and 1 < value <= 100
-                way_out = f"; {value:g} % is {value / 100:g}" if percent else ""
-                return self.range_text() + way_out
+                return allowed + f"; {value:g} % is {value / 100:g}" * (ratio and 1 < value <= 100)
         return ""
-
-    def _number_text(self) -> str:
-        """Return the allowed values of a number, and that it is one."""
-        kind, allowed = _KINDS[self.kind], self.range_text()
-        return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
-
-
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, float) and value.is_integer()
 
 
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
@@ -137,11 +125,10 @@ def parameter(
     ``NO_DEFAULT``.
     """
     kind = kind or (float if default is None else type(default))
-    named = {"unit": "-", "choices": allowed}
     spec = Spec(
         kind, optional=default is None, read_only=read_only, description=description, usual=usual,
         plugins=partial(installed, group) if group else tuple, default=default,
-        **(_read(allowed, kind) if isinstance(allowed, str) else named),
+        **(_read(allowed, kind) if isinstance(allowed, str) else {"choices": allowed}),
     )  # fmt: skip
     return dataclasses.field(default=default, metadata={"spec": spec})
 
@@ -188,25 +175,18 @@ def disordered(owner: Any, *pairs: tuple[str, str]) -> list[str]:
     return [
         f"{low} = {getattr(owner, low)}: must be < {high} = {getattr(owner, high)}"
         for low, high in pairs
-        if np.any(getattr(owner, low) >= getattr(owner, high))
+        if getattr(owner, low) >= getattr(owner, high)
     ]
 
 
-class Is:
-    """An attribute of a dataclass: whether a parameter of it has one of these values."""
-
-    def __init__(self, name: str, *values: str) -> None:
-        self.name, self.values = name, values
-
-    def __get__(self, owner: Any, _: type) -> bool:
-        return getattr(owner, self.name) in self.values
+def has(name: str, *values: str) -> Any:
+    """Declare a property of a dataclass: whether a parameter of it has one of these values."""
+    return property(lambda owner: getattr(owner, name) in values)
 
 
-class IsNot(Is):
-    """An attribute of a dataclass: whether a parameter of it has none of these values."""
-
-    def __get__(self, owner: Any, kind: type) -> bool:
-        return not super().__get__(owner, kind)
+def lacks(name: str, *values: str) -> Any:
+    """Declare a property of a dataclass: whether a parameter of it has none of these values."""
+    return property(lambda owner: getattr(owner, name) not in values)
 
 
 class Validated:

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Dotted names: the parameters of nested dataclasses by one name each, like ``filter.kind``.
+"""Dotted names: the parameters of nested dataclasses by one name each, like ``filter.kind``; and
+parameters that are texts of what happens when.
 
 A field of a group is named ``prefix.field``, a field of a nested group ``prefix.group.field``; an
 empty prefix adds nothing. A group's own parameters come before those of its nested groups.
@@ -8,8 +9,9 @@ empty prefix adds nothing. A group's own parameters come before those of its nes
 
 import dataclasses
 import difflib
+import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from operator import attrgetter
 from typing import Any, TypeVar
 
@@ -96,3 +98,27 @@ def hint(name: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
 
     near = max(known, key=likeness, default="")
     return f"; did you mean {near}?" if near and max(likeness(near)) >= cutoff else ""
+
+
+def timed(
+    name: str, text: str, form: str, *, longest_s: float = math.inf, ordered: bool = True
+) -> Iterator[tuple[str, float, list[str]]]:
+    """Yield where each entry of a text ``TIME WORDS; TIME WORDS; ...`` stands, its time [s], its
+    words; else ParameterError with the ``form`` that an entry must have, or the range of its time.
+    """
+    least_s = 0.0
+    for number, part in enumerate(filter(str.strip, text.split(";")), start=1):
+        where, (head, *words) = f"{name}: entry {number} {part.strip()!r}", part.split()
+        try:
+            time_s = float(head)
+        except ValueError:
+            time_s = math.nan
+        if not words:
+            raise ParameterError(f"{where}: must be {form}")
+        if not least_s <= time_s <= longest_s or time_s == math.inf:
+            raise ParameterError(
+                f"{where}: time = {head}: must be {least_s:g}..{longest_s:g} s; entries come in "
+                "the order of their times"
+            )
+        least_s = time_s if ordered else 0.0
+        yield where, time_s, words

@@ -29,47 +29,31 @@ class LinkParams(Validated):
             *("none", "uniform", "normal", "pareto", "paretonormal", "gamma", "lognormal"),
             *("quantiles", "table", "trace"),
         ),
-        "spread of the delay; jitter_s is half the width (uniform), the standard deviation "
-        "(normal, pareto, paretonormal), mean (gamma) or median (lognormal); table: delays drawn "
-        "from a file; trace: follows a file",
+        "spread of the delay; jitter_s is the half width (uniform), deviation (normal, pareto, "
+        "paretonormal), mean (gamma) or median (lognormal); table: drawn from a file; trace: "
+        "follows it",
     )
     jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none", usual=USUAL_S)
     jitter_shape: float = parameter(
         0.0,
         "0..100",
-        "shape of gamma (0: 2), sigma of lognormal (0: 0.5), tail index of pareto and "
-        "paretonormal, above 2 (0: 3)",
+        "shape of gamma (0: 2), sigma of lognormal (0: 0.5), tail > 2 of pareto (0: 3)",
     )
     jitter_correlation: float = _correlation("the jitter")
-    jitter_quantiles: str = parameter(
-        "",
-        "-",
-        "quantiles: probability:seconds from 0 to 1: 0:0.001 0.5:0.002 1:0.02",
-    )
-    trace_file: str = parameter(
-        "",
-        "-",
-        "trace, table: file with columns time and delay, or IRTT JSON",
-    )
+    jitter_quantiles: str = parameter("", "-", "probability:seconds: 0:0.001 0.5:0.002 1:0.02")
+    trace_file: str = parameter("", "-", "trace, table: file of times and delays, or IRTT JSON")
     trace_scale: float = parameter(
         1.0,
         "> 0 and <= 3600 s per unit of the file",
-        "trace, table: factor to seconds (half a round trip in ms: 0.0005; of IRTT, "
-        "whose units are known: 0.5)",
+        "trace, table: factor to seconds (half a round trip in ms: 0.0005; of IRTT 0.5)",
     )
     trace_column: str = parameter(
-        "",
-        "-",
-        "trace, table: name of the column of delays (empty: delay, rtt or latency); of IRTT rtt, "
-        "send or receive",
+        "", "-", "trace, table: column (empty: delay, rtt, latency); of IRTT: rtt, send, receive"
     )
     loss: float = _probability("probability that a packet is lost")
     loss_correlation: float = _correlation("the loss")
     ge_p: float = _probability("Gilbert-Elliott: probability of a change from good to bad state")
-    ge_r: float = _probability(
-        "Gilbert-Elliott: probability of the change back",
-        1.0,
-    )
+    ge_r: float = _probability("Gilbert-Elliott: probability of the change back", 1.0)
     ge_bad: float = _probability("Gilbert-Elliott: loss in the bad state (1-h)", 1.0)
     ge_good: float = _probability("Gilbert-Elliott: loss in the good state (1-k)")
     markov_p13: float = _probability("four-state loss: from received (1) to lost in a burst (3)")
@@ -81,52 +65,32 @@ class LinkParams(Validated):
     duplicate_correlation: float = _correlation("the duplication")
     corrupt: float = _probability("probability that one bit of a packet is flipped")
     corrupt_correlation: float = _correlation("the corruption")
-    reorder: float = _probability(
-        "probability that a packet is sent at once, without delay; needs keep_order = false"
-    )
-    reorder_gap: int = parameter(
-        1, "1..100000", "reordering: only every so many packets may be sent at once"
-    )
+    reorder: float = _probability("probability that it is sent at once; needs keep_order = false")
+    reorder_gap: int = parameter(1, "1..100000", "reordering: one of so many packets at most")
     reorder_correlation: float = _correlation("the reordering")
     rate_limit_bps: float = parameter(0.0, "0..1e12 bit/s", "rate limit (0: none)")
-    rate_overhead_bytes: int = parameter(
-        0, "0..10000 byte", "rate limit: header of each packet (UDP, IP, Ethernet: 42)"
-    )
+    rate_overhead_bytes: int = parameter(0, "0..10000 byte", "rate limit: header (UDP: 42)")
     rate_cell_bytes: int = parameter(
         0, "0..65535 byte", "rate limit: a packet is sent in whole cells (ATM: 48; 0: none)"
     )
-    rate_cell_overhead_bytes: int = parameter(
-        0, "0..65535 byte", "rate limit: header of each cell (ATM: 5)"
-    )
-    queue_packets: int = parameter(
-        100, "1..100000", "packets that may wait for the rate limit; more are dropped"
-    )
+    rate_cell_overhead_bytes: int = parameter(0, "0..65535 byte", "rate limit: header of a cell")
+    queue_packets: int = parameter(100, "1..100000", "rate limit: packets that may wait at most")
     queue_bytes: int = parameter(
         0, "0..1e9 byte", "bytes that may wait for the rate limit, headers included (0: no limit)"
     )
-    slot_min_s: float = parameter(
-        0.0, "0..10 s", "slots: packets come out only at instants at least this far apart"
-    )
-    slot_max_s: float = parameter(0.0, "0..10 s", "slots: and at most this far (0: no slots)")
+    slot_min_s: float = parameter(0.0, "0..10 s", "slots: packets come out so far apart or more")
+    slot_max_s: float = parameter(0.0, "0..10 s", "slots: and at most so far (0: no slots)")
     slot_packets: int = parameter(0, "0..100000", "slots: packets in one slot (0: no limit)")
     slot_bytes: int = parameter(0, "0..1e9 byte", "slots: bytes in one slot (0: no limit)")
-    handover_s: float = parameter(
-        0.0, "0..3600 s", "interval of hand-overs, as of satellites (0: none)"
-    )
-    handover_step_s: float = parameter(
-        0.0, "0..10 s", "hand-over: the delay changes, by +- this at most"
-    )
+    handover_s: float = parameter(0.0, "0..3600 s", "interval of satellites' hand-overs (0: none)")
+    handover_step_s: float = parameter(0.0, "0..10 s", "hand-over: largest step of the delay")
     handover_outage: float = _probability("hand-over: probability of an outage")
     handover_outage_min_s: float = parameter(0.0, "0..60 s", "hand-over: shortest outage")
     handover_outage_max_s: float = parameter(0.0, "0..60 s", "hand-over: longest outage")
     handover_loss: float = _probability("hand-over: probability of loss around it")
-    handover_loss_s: float = parameter(
-        0.0, "0..60 s", "hand-over: time before and after with that loss"
-    )
+    handover_loss_s: float = parameter(0.0, "0..60 s", "hand-over: time with it, before and after")
     keep_order: bool = parameter(
-        True,
-        "-",
-        "a later packet waits for an earlier one, so jitter makes the delay longer and narrower",
+        True, "-", "later packets wait for earlier ones: jitter makes delays longer and narrower"
     )
     schedule: str = parameter(
         "",
@@ -134,6 +98,4 @@ class LinkParams(Validated):
         "changes on a timeline from the first packet, TIME SETTINGS; ...: 5 outage; 5.5 lte; "
         "20 delay_s=0.02..0.2 loss=0.1; 30 base; 40 repeat",
     )
-    effects: str = parameter(
-        "", "-", "effects of other packages, name:number=value:... each, separated by blanks"
-    )
+    effects: str = parameter("", "-", "effects of other packages, name:number=value:... name:...")

@@ -6,9 +6,7 @@ bank with local model (App. E), position feedback.
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from pmwvc_core.params.fields import Is, IsNot, Validated, disordered, fixed, parameter
+from pmwvc_core.params.fields import Validated, disordered, fixed, has, lacks, parameter
 
 
 @dataclass(frozen=True)
@@ -22,22 +20,16 @@ class VelocityFilterParams(Validated):
     kind: str = fixed(
         "none",
         ("none", "equivalent", "exact", "complementary"),
-        "which form; complementary: low-pass filters both ways as well, passive by itself",
+        "which form; complementary: with low-pass filters both ways, passive by itself",
     )
     order: int = parameter(2, "1..8", "order of the high-pass filter")
-    share: float = parameter(
-        0.5, "> 0 and <= 1", "part of the high-pass wave fed back (App. D: half)"
-    )
-    alpha: float | None = parameter(
-        None, "> 0 and < 1", "order 1: the pole of (z - 1)/(z - alpha)"
-    )
-    cutoff_hz: float | None = parameter(
-        None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB"
-    )
+    share: float = parameter(0.5, "> 0 and <= 1", "share of the high-pass wave fed back (App. D)")
+    alpha: float | None = parameter(None, "> 0 and < 1", "order 1: pole of (z - 1)/(z - alpha)")
+    cutoff_hz: float | None = parameter(None, "> 0 and <= 10000 Hz", "Butterworth: its -3 dB")
 
-    is_on = IsNot("kind", "none")
-    in_force = Is("kind", "equivalent")  # whether the force is filtered and not the wave
-    splits = Is("kind", "complementary")  # whether waves both ways are low-pass filtered, too
+    is_on = lacks("kind", "none")
+    in_force = has("kind", "equivalent")  # whether the force is filtered and not the wave
+    splits = has("kind", "complementary")  # whether waves both ways are low-pass filtered, too
 
     def conflicts(self) -> list[str]:
         """Check that the filter is given once, and that not the whole wave is answered at once."""
@@ -45,10 +37,10 @@ class VelocityFilterParams(Validated):
             return ["alpha and cutoff_hz are given: a velocity filter takes one of them"]
         if self.alpha is not None and (self.order != 1 or self.splits):
             return [f"alpha = {self.alpha}: needs order = 1 and kind = equivalent or exact"]
-        if self.in_force and np.any(self.share > 0.5):
+        if self.in_force and self.share > 0.5:
             return [f"share = {self.share}: must be <= 0.5 with kind = equivalent, 1 - 2 share H"]
         whole = self.order == 1 and self.kind == "exact" and self.cutoff_hz is None
-        if whole and np.any(self.share >= 1.0):
+        if whole and self.share >= 1.0:
             return [f"share = {self.share}: must be < 1 for (z - 1)/(z - alpha)"]
         return []
 
@@ -58,21 +50,18 @@ class LocalModelParams(Validated):
     """A spring and damper to ground, or a model that is a plug-in."""
 
     kind: str = fixed(
-        "spring_damper",
-        "-",
-        "spring_damper, or the name of an entry point in the group pmwvc.local_models",
+        "spring_damper", "-", "spring_damper, or an entry point of pmwvc.local_models"
     )
     stiffness: float = parameter(500.0, "0..1e6 N/m", "spring_damper: stiffness")
     damping: float = parameter(1.0, "0..10000 N s/m", "spring_damper: damping")
     acts: str = parameter(
         "everywhere",
         ("everywhere", "above", "below"),
-        "where there is something to touch: above, below: only while the device is above or "
-        "below begins_m along axis 0",
+        "everywhere, or while the device is above or below begins_m along axis 0",
     )
     begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
 
-    is_plugin = IsNot("kind", "spring_damper")
+    is_plugin = lacks("kind", "spring_damper")
 
 
 @dataclass(frozen=True)
@@ -92,17 +81,13 @@ class BankParams(Validated):
     low_pass_hz: float = fixed(300.0, "> 0 Hz", "LP2: edge of the pass band")
     low_pass_db: float = fixed(1.0, "> 0 dB", "LP2: attenuation at low_pass_hz")
     low_stop_hz: float = fixed(
-        600.0,
-        "> 0 Hz",
-        "LP2: edge of the stop band; above half the tick rate it only sets the order",
+        600.0, "> 0 Hz", "LP2: edge of the stop band; above half the tick rate for the order only"
     )
     low_stop_db: float = fixed(40.0, "> 0 dB", "LP2: attenuation at low_stop_hz")
-    split_rad_s: float = parameter(
-        20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both filters"
-    )
+    split_rad_s: float = parameter(20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both")
 
-    is_on = IsNot("kind", "none")
-    as_published = Is("kind", "dissertation")  # not passive by construction
+    is_on = lacks("kind", "none")
+    as_published = has("kind", "dissertation")  # not passive by construction
 
     @property
     def lag_s(self) -> float:
@@ -138,20 +123,16 @@ class PositionParams(Validated):
         "that as the stored energy falls (strict channel); gain holds until the first answer",
     )
     storage_j: float = fixed(
-        0.0,
-        "0..1 J",
-        "budgeted, integral: energy lent at the start, E0; the port is passive with this storage",
+        0.0, "0..1 J", "budgeted, integral: energy lent at the start, E0, the port's storage"
     )
     most_j: float = parameter(
-        0.05,
-        "0..10 J",
-        "budgeted, integral: cap of the energy tank (0.05 J move 0.25 kg with 0.6 m/s)",
+        0.05, "0..10 J", "budgeted, integral: most in the tank (0.05 J move 0.25 kg with 0.6 m/s)"
     )
 
     def conflicts(self) -> list[str]:
         """Check that the storage fits into what may be kept, and who adapts."""
         found = []
-        if np.any(self.storage_j > self.most_j):
+        if self.storage_j > self.most_j:
             found.append(f"storage_j = {self.storage_j}: must be <= most_j = {self.most_j}")
         if self.as_published and self.adapts:
             found.append("adapts = true: needs feedback = budgeted or integral")
@@ -160,12 +141,12 @@ class PositionParams(Validated):
     @property
     def is_on(self) -> bool:
         """Tell whether anything is fed back, in any run."""
-        return self.feedback != "none" and (self.adapts or bool(np.any(self.gain > 0.0)))
+        return self.feedback != "none" and (self.adapts or bool(self.gain > 0.0))
 
     @property
     def is_paid(self) -> bool:
         """Whether what is fed back is paid out of an account of energy; not as published."""
         return self.is_on and not self.as_published
 
-    as_published = Is("feedback", "printed")  # as in the dissertation: it pays for nothing
-    of_residual = Is("feedback", "integral")  # of displacements, not the position error
+    as_published = has("feedback", "printed")  # as in the dissertation: it pays for nothing
+    of_residual = has("feedback", "integral")  # of displacements, not the position error

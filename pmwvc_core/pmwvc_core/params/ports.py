@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.errors import ParameterError, refusal
-from pmwvc_core.params.fields import Is, IsNot, Validated, disordered, fixed, group, parameter
+from pmwvc_core.params.fields import Validated, disordered, fixed, group, has, lacks, parameter
 from pmwvc_core.params.port_filters import (
     BankParams,
     LocalModelParams,
@@ -29,31 +29,23 @@ def matrix_of(text: str, dof: int | None = None) -> NDArray[np.float64]:
     must = f"{text!r}: must be"
     try:
         rows = [list(map(float, row.replace(",", " ").split())) for row in text.split(";")]
+        matrix = np.array(rows)
     except ValueError:
-        raise ParameterError(f"{must} numbers, rows separated by ';'") from None
-    size, lengths = len(rows), [len(row) for row in rows]
-    if lengths != [size] * size:
-        given = f"{size} rows of {', '.join(map(str, lengths))}"
-        raise ParameterError(f"{must} square (it has {given} numbers)")
-    if dof is not None and size != dof:
-        raise ParameterError(f"{must} {dof} x {dof}, a row per axis (it is {size} x {size})")
-    matrix = np.array(rows)
+        raise ParameterError(f"{must} numbers, rows of one length separated by ';'") from None
+    size = dof or len(rows)
+    if matrix.shape != (size, size):
+        given = f"{len(rows)} x {len(rows[0])}"
+        raise ParameterError(f"{must} {size} x {size}, a row per axis (it is {given})")
     if not np.isfinite(matrix).all():
         raise ParameterError(f"{must} of finite numbers")
-    gap = np.abs(matrix - matrix.T)
-    if gap.max() > ASYMMETRY * np.abs(matrix).max():
-        first, second = np.unravel_index(int(gap.argmax()), gap.shape)
-        raise ParameterError(f"{must} symmetric (rows {first + 1} and {second + 1} differ)")
+    if np.abs(matrix - matrix.T).max() > ASYMMETRY * np.abs(matrix).max():
+        raise ParameterError(f"{must} symmetric")
     symmetric = np.asarray(0.5 * (matrix + matrix.T))
-    values = np.linalg.eigvalsh(symmetric)
-    if values[0] <= 0.0:
+    least, most = np.linalg.eigvalsh(symmetric)[[0, -1]]
+    if least <= 0.0 or not most / least <= LARGEST_CONDITION:
         raise ParameterError(
-            f"{must} positive definite (its smallest eigenvalue is {values[0]:.4g})"
-        )
-    if not values[-1] / values[0] <= LARGEST_CONDITION:
-        raise ParameterError(
-            f"{must} of a condition number of at most {LARGEST_CONDITION:g} "
-            f"(its eigenvalues are {values[0]:.4g} to {values[-1]:.4g})"
+            f"{must} positive definite, of a condition number of at most {LARGEST_CONDITION:g} "
+            f"(its eigenvalues are {least:.4g} to {most:.4g})"
         )
     return symmetric
 
@@ -71,19 +63,14 @@ class DeadbandParams(Validated):
     kind: str = parameter(
         "none",
         ("none", "weber"),
-        "weber: no packet while the wave differs by less than ratio from the one sent last; "
-        "needs channel = strict",
+        "weber: none while the wave is within ratio; needs channel = strict",
     )
-    ratio: float = parameter(
-        0.1, "> 0 and <= 1", "difference that is not felt, of the wave sent last"
-    )
+    ratio: float = parameter(0.1, "> 0 and <= 1", "difference not felt, of the wave sent last")
     longest_s: float = parameter(
-        0.024,
-        "> 0 and <= 1 s",
-        "longest time that a packet stands for; below the silence time safety.timeout_s",
+        0.024, "> 0 and <= 1 s", "longest time that a packet stands for, below safety.timeout_s"
     )
 
-    is_on = IsNot("kind", "none")  # whether packets are left out
+    is_on = lacks("kind", "none")  # whether packets are left out
 
 
 def port_conflicts(port: Any, *, dof: int, strict: bool, timeout_s: float) -> list[str]:
@@ -119,27 +106,21 @@ class FilterParams(Validated):
         "integrate_and_dump", FILTER_KINDS, "which filter; integrate_and_dump: the mean of a frame"
     )
     pole_rad_s: float | None = parameter(None, "> 0 and <= 100000 rad/s", "first order: the pole")
-    cutoff_hz: float | None = parameter(
-        None, "> 0 and <= 10000 Hz", "first order: frequency of -3 dB"
-    )
+    cutoff_hz: float | None = parameter(None, "> 0 and <= 10000 Hz", "first order: its -3 dB")
     stop_hz: float | None = parameter(
-        None,
-        "> 0 and <= 10000 Hz",
-        "first order: frequency of -20 dB; Butterworth: edge of the stop band",
+        None, "> 0 and <= 10000 Hz", "first order: its -20 dB; Butterworth: edge of the stop band"
     )
     pass_hz: float = parameter(25.0, "> 0 and <= 10000 Hz", "Butterworth: edge of the pass band")
     pass_db: float = parameter(20.0, "> 0 and <= 200 dB", "Butterworth: attenuation at pass_hz")
     stop_db: float = parameter(40.0, "> 0 and <= 200 dB", "Butterworth: attenuation at stop_hz")
     meet: str = parameter("pass", ("pass", "stop"), "Butterworth: which edge is met exactly")
-    discretisation: str = parameter(
-        "bilinear", ("bilinear", "matched"), "Butterworth: from analogue to sampled"
-    )
+    discretisation: str = parameter("bilinear", ("bilinear", "matched"), "Butterworth: sampling")
 
     # whether a packet is the mean of its frame: filter and rate drop in one
-    means = Is("kind", "integrate_and_dump")
-    is_on = IsNot("kind", "none")
+    means = has("kind", "integrate_and_dump")
+    is_on = lacks("kind", "none")
     # whether the edges of the sampled Butterworth filter are those of a pre-warped one
-    warps = Is("discretisation", "bilinear")
+    warps = has("discretisation", "bilinear")
 
     def conflicts(self) -> list[str]:
         """Check that the cut-off is given once and used, and that Butterworth edges rise."""
@@ -165,24 +146,15 @@ class MasterParams(Validated):
 
     impedance: float = parameter(25.0, "0.01..1000 N s/m", "wave impedance b")
     impedance_matrix: str = fixed(
-        "",
-        "-",
-        "symmetric positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)",
+        "", "-", "positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)"
     )
     rate_drop: int = parameter(
-        8,
-        "1..1000",
-        "force-loop ticks per packet, M; changes while running on the strict channel only",
+        8, "1..1000", "ticks per packet, M; changes while running on the strict channel only"
     )
     tick_s: float = fixed(0.001, "0.0001..0.02 s", "period of the force loop, T_c")
-    hold: str = parameter(
-        "foh", ("zoh", "foh"), "expansion of the returning wave (foh: delayed first order)"
-    )
+    hold: str = parameter("foh", ("zoh", "foh"), "returning wave in a frame (foh: delayed ramp)")
     store_j: float = fixed(
-        2e-3,
-        "0..0.1 J",
-        "energy that the playout of the returning wave may lend to late packets, once a session "
-        "(strict channel)",
+        2e-3, "0..0.1 J", "energy that the playout may lend to late packets, once (strict channel)"
     )
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
@@ -191,7 +163,7 @@ class MasterParams(Validated):
     position: PositionParams = group(PositionParams)
     deadband: DeadbandParams = group(DeadbandParams)
 
-    ramps = Is("hold", "foh")  # to each returning wave, over the frame
+    ramps = has("hold", "foh")  # to each returning wave, over the frame
 
     @property
     def frame_s(self) -> float:

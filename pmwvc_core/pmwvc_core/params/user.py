@@ -8,9 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
-from pmwvc_core.params.fields import Is, IsNot, Validated, fixed, group, parameter
+from pmwvc_core.params.fields import Validated, fixed, group, has, lacks, parameter
 
 OPERATOR_KINDS = (
     *("none", "constant", "sinusoid", "chirp", "hand", "remote"),
@@ -30,43 +28,35 @@ class DeviceParams(Validated):
     velocity: str = parameter(
         "exact",
         ("exact", "euler"),
-        "velocity signal: the simulated state, or the Euler difference of the measured position",
+        "velocity: the state's, or differences of the measured position",
     )
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
 
-    is_simulated = Is("plugin", "simulated")  # the device of the library, whose state is known
-    differences = Is("velocity", "euler")  # of measured positions
+    is_simulated = has("plugin", "simulated")  # the device of the library, whose state is known
+    differences = has("velocity", "euler")  # of measured positions
 
 
 @dataclass(frozen=True)
 class SafetyParams(Validated):
     """Limits between controller and device, in every control path; they are never off."""
 
-    max_force: float = parameter(
-        8.0, "> 0 and <= 20 N", "peak force (Touch class 3.3, larger desktop devices 8)"
-    )
+    max_force: float = parameter(8.0, "> 0 and <= 20 N", "peak force (Touch 3.3, large devices 8)")
     max_slew: float = parameter(2000.0, "1..20000 N/s", "fastest change of force")
     soft_start_s: float = fixed(0.5, "0.01..10 s", "force rises from zero over this time")
-    damper_velocity: float = parameter(
-        1.0, "> 0 and <= 10 m/s", "above this speed only damping is rendered"
-    )
-    fault_velocity: float = parameter(
-        1.5, "> 0 and <= 20 m/s", "above this speed the force is switched off permanently"
-    )
+    damper_velocity: float = parameter(1.0, "> 0 and <= 10 m/s", "faster: only damping")
+    fault_velocity: float = parameter(1.5, "> 0 and <= 20 m/s", "faster: no force any more")
     timeout_s: float = parameter(
         0.03,
         "> 0 and <= 10 s",
-        "time without packets (at least three packet intervals) until only damping is rendered",
+        "silence, three packets or more, after which only damping is rendered",
     )
     release_s: float = parameter(
-        5.0,
-        "> 0 and <= 60 s",
-        "time without packets until brake and damping are switched off, too",
+        5.0, "> 0 and <= 60 s", "silence after which brake and damping end, too"
     )
 
     def conflicts(self) -> list[str]:
         """Check the order of the two speed limits."""
-        if np.any(self.fault_velocity <= self.damper_velocity):
+        if self.fault_velocity <= self.damper_velocity:
             return [
                 f"fault_velocity = {self.fault_velocity}: "
                 f"must be > damper_velocity = {self.damper_velocity} m/s"
@@ -101,8 +91,7 @@ class RemoteHandParams(Validated):
     reach_n: float = parameter(
         6.0,
         "> 0 and <= 20 N",
-        "largest force of the arm's spring: its target is never further than reach_n / stiffness "
-        "from the arm",
+        "largest force of the arm's spring, which ends at reach_n / stiffness",
     )
     brake: float = parameter(5.0, "0..20 N s/m", "damping of a handle that is not held")
 
@@ -113,9 +102,7 @@ class OperatorParams(Validated):
 
     kind: str = parameter("hand", OPERATOR_KINDS, "what drives the device")
     force: float = parameter(1.0, "N", "constant, sinusoid, chirp: amplitude along +x, signed")
-    frequency_hz: float = parameter(
-        1.0, "0..400 Hz", "sinusoid: frequency; chirp: first frequency"
-    )
+    frequency_hz: float = parameter(1.0, "0..400 Hz", "sinusoid: frequency; chirp: the first")
     frequency_end_hz: float = parameter(50.0, "0..400 Hz", "chirp: last frequency")
     sweep_s: float = parameter(20.0, "> 0 s", "chirp: duration of one sweep")
     mass: float = parameter(0.8, "> 0 kg", "hand: mass of the arm")
@@ -123,37 +110,27 @@ class OperatorParams(Validated):
     stiffness: float = parameter(30.0, ">= 0 N/m", "hand: stiffness of the arm to its target")
     grip_stiffness: float = parameter(375.0, ">= 0 N/m", "hand, remote: stiffness of the grip")
     grip_damping: float = parameter(7.9, ">= 0 N s/m", "hand, remote: damping of the grip")
-    squeeze: float = parameter(
-        1.0, ">= 0 N", "hand, remote: force with which the object is held once gripped"
-    )
-    file: str = fixed(
-        "", "-", "playback, remote: CSV or NPY file (remote: times and targets; empty: the task's)"
-    )
+    squeeze: float = parameter(1.0, ">= 0 N", "hand, remote: force that holds a gripped object")
+    file: str = fixed("", "-", "playback, remote: CSV or NPY (remote: targets; empty: the task's)")
     columns: str = fixed(
-        "",
-        "-",
-        "playback, remote: column names or numbers (from 0), or variable path; comma separated",
+        "", "-", "playback, remote: columns by name or number (from 0), by commas"
     )
-    time_column: str = fixed(
-        "", "-", "playback, remote: column with the time in s (empty, playback: use rate_hz)"
-    )
-    rate_hz: float = parameter(
-        1000.0, "> 0 Hz", "playback: sample rate of the file without a time column"
-    )
+    time_column: str = fixed("", "-", "playback, remote: column of the time [s] (empty: rate_hz)")
+    rate_hz: float = parameter(1000.0, "> 0 Hz", "playback: rate without a time column")
     scale: float = parameter(1.0, "SI per unit of the file", "playback, remote: factor to N or m")
     offset: float = parameter(0.0, "N or m", "playback, remote: added after scaling")
     fade_s: float = parameter(0.2, ">= 0 s", "playback: fade in and out")
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
     remote: RemoteHandParams = group(RemoteHandParams)
 
-    is_hand = Is("kind", "hand")  # simulated, does the session's task
-    is_remote = Is("kind", "remote")  # simulated, follows targets as they come
-    is_sinusoid = Is("kind", "sinusoid")  # a force of one frequency
-    is_chirp = Is("kind", "chirp")  # a force of sweeping frequency
-    has_arm = Is("kind", "hand", "remote")  # on the device, follows a target
-    answers = Is("kind", "hand", "remote", "playback_motion")  # with a force, to the motion
-    is_free = IsNot("kind", "none", "hand")  # moves as it likes
-    is_recorded = Is("kind", "playback_force", "playback_motion")
+    is_hand = has("kind", "hand")  # simulated, does the session's task
+    is_remote = has("kind", "remote")  # simulated, follows targets as they come
+    is_sinusoid = has("kind", "sinusoid")  # a force of one frequency
+    is_chirp = has("kind", "chirp")  # a force of sweeping frequency
+    has_arm = has("kind", "hand", "remote")  # on the device, follows a target
+    answers = has("kind", "hand", "remote", "playback_motion")  # with a force, to the motion
+    is_free = lacks("kind", "none", "hand")  # moves as it likes
+    is_recorded = has("kind", "playback_force", "playback_motion")
 
     @property
     def from_outside(self) -> bool:
@@ -168,17 +145,15 @@ class TaskParams(Validated):
     kind: str = parameter(
         "hold",
         ("free", "hold", "carry"),
-        "free: nothing; hold: grip and hold; carry: grip, hold, then follow the target",
+        "free: nothing; hold: grip and hold; carry: and follow the target",
     )
     grip_s: float = parameter(1.0, ">= 0 s", "time at which the hands close")
     grip_rise_s: float = parameter(1.0, "> 0 s", "duration of the closing")
     move_s: float = parameter(4.0, ">= 0 s", "time at which the target starts to move")
     distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
-    sideways_m: float = parameter(
-        0.0, "m", "how far it moves along the second axis meanwhile (dof of 2 or more)"
-    )
+    sideways_m: float = parameter(0.0, "m", "and meanwhile along the second axis (dof > 1)")
     move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
     rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")
 
-    closes = IsNot("kind", "free")  # whether the hands close
-    moves = Is("kind", "carry")  # whether the target moves
+    closes = lacks("kind", "free")  # whether the hands close
+    moves = has("kind", "carry")  # whether the target moves

@@ -91,7 +91,6 @@ def _stopped(x: float, xd: float, reach_m: float) -> tuple[float, float]:
 
 
 def _measured(x: Vector, p: SimulatedParams) -> Vector:
-    """Return what the encoder shows."""
     return each(_rounded, (x,), p.encoder_step_m) if p.encoder_step_m > 0.0 else x
 
 
@@ -120,11 +119,7 @@ def _rubbed(x: Vector, xd: Vector, force: Vector, p: SimulatedParams) -> tuple[V
 def _direction(a: Vector) -> Vector:
     """Return the unit vector; nothing where there is none."""
     size = length(a)
-    return each(_over, (a,), size) if size > 0.0 else a
-
-
-def _over(a: float, size: float) -> float:
-    return a / size
+    return scaled(a, 1.0 / size) if size > 0.0 else a
 
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # on -1..1; as good as exact for small b t/m

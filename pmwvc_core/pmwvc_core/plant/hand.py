@@ -28,8 +28,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
-from pmwvc_core.plant.forces import hand_force, row, rows_of
-from pmwvc_core.plant.task import Task, closing, offset, task_of
+from pmwvc_core.plant.forces import Task, closing, hand_force, offset, row, rows_of, task_of
 
 LIGHTEST_DEVICE = 0.05  # [kg]
 

@@ -23,8 +23,8 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.plant import forces, remote_hand
+from pmwvc_core.plant.forces import task_of
 from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion, task_hand
-from pmwvc_core.plant.task import task_of
 
 EVEN = 1e-3  # of an interval: time stamps this regular count as even
 EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way

@@ -34,9 +34,8 @@ from pmwvc_core.law.vectors import (
 )
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.forces import hand_force, row
+from pmwvc_core.plant.forces import Task, closing, hand_force, offset, row
 from pmwvc_core.plant.hand import Arm, Grip, arm_step, grip_force, grip_of
-from pmwvc_core.plant.task import Task, closing, offset
 
 SILENT_S = 0.15
 FADE_S = 0.1

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pmwvc_core.ends.forms import scalar, vector
+from pmwvc_core.ends.inbox import scalar, vector
 from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import LinkParams
@@ -84,7 +84,7 @@ def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1
     return types.Wave(
         stamp=time_message(types, stamp_ns),
         energy=scalar(packet.energy),
-        flags=packet.message_flags,
+        flags=packet.flags,
         check=0,
         tag=0,
         **{name: getattr(packet, name) for name in (*plain, *echo)},

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
-from pmwvc_core.transport.admission import KEY_BYTES, Token
+from pmwvc_core.transport.packet import KEY_BYTES, Token
 
 TOKEN_FILE = "session.token_file"  # the parameter of server and master
 TOKEN_SPEC = Spec(str, description="file with the session token of this node; empty: open session")

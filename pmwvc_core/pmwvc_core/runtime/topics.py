@@ -19,11 +19,10 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from pmwvc_core.ends.forms import scalar, vector
+from pmwvc_core.ends.inbox import scalar, vector
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages import KEPT, NS_PER_S, MessageTypes, record_of
-from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.packet import FLAG_SHORT, Receipt, WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import Admission, Receipt, WavePacket, refused, size_bytes
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]
@@ -47,7 +46,7 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
         ENCAPSULATION, sec, nanosec, packet.sent_ns, packet.epoch, packet.seq, packet.echo_seq,
         packet.period, dof, *vector(packet.wave, dof), dof, *vector(packet.integral, dof),
         scalar(packet.energy), dof, *vector(packet.position, dof), len(packet.extra),
-        *packet.extra, packet.echo_sent_ns, packet.echo_hold_ns, packet.message_flags, 0,
+        *packet.extra, packet.echo_sent_ns, packet.echo_hold_ns, packet.flags, 0,
         packet.session, 0,
     )  # fmt: skip
 
@@ -66,8 +65,8 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     echo_sent_ns, echo_hold_ns, flags, _, session, _ = body[-6:]
     return WavePacket(
         epoch, seq, sent_ns, period, wave, integral, body[third - 1], position,
-        echo_seq, echo_sent_ns, echo_hold_ns, flags & ~FLAG_SHORT,
-        tuple(body[last + 1 : last + 1 + extra]), session, bool(flags & FLAG_SHORT), came_ns,
+        echo_seq, echo_sent_ns, echo_hold_ns, flags, tuple(body[last + 1 : last + 1 + extra]),
+        session, came_ns,
     )  # fmt: skip
 
 

@@ -12,12 +12,12 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.plural import count
 from pmwvc_core.runtime.messages import live_types, time_message
 from pmwvc_core.runtime.pacing import Health
 from pmwvc_core.runtime.topics import RECORDED_QOS
 from pmwvc_core.transport.packet import Receipt
 from pmwvc_core.transport.receiver import Receiver, counts, passage
+from pmwvc_core.words import count
 
 PERIOD_S = 0.5
 PATIENCE_S = 3.0  # without a packet, before it is worth a warning

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
+from pmwvc_core.params.names import timed
 from pmwvc_core.params.ports import port_conflicts
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 
@@ -28,33 +29,21 @@ class Disturbance(NamedTuple):
     node: str
 
     def __str__(self) -> str:
-        """Return it in words."""
         return f"{self.action} {self.node} at {self.time_s:g} s"
 
 
 def disturbances_of(text: str) -> tuple[Disturbance, ...]:
     """Read the disturbances of a scenario; ParameterError names entry, value and range."""
-    found: list[Disturbance] = []
-    for number, part in enumerate(filter(str.strip, text.split(";")), start=1):
-        where = f"disturbances: entry {number} {part.strip()!r}"
-        words = part.split()
-        if len(words) != 3 or words[1] not in ACTIONS:
-            raise ParameterError(f"{where}: must be TIME ACTION NODE, {' or '.join(ACTIONS)}")
-        if words[2] not in SHARED and not USER.fullmatch(words[2]):
+    found = []
+    form = f"TIME ACTION NODE, {' or '.join(ACTIONS)}"
+    for where, time_s, words in timed("disturbances", text, form, longest_s=86400.0):
+        if len(words) != 2 or words[0] not in ACTIONS:
+            raise ParameterError(f"{where}: must be {form}")
+        if words[1] not in SHARED and not USER.fullmatch(words[1]):
             raise ParameterError(
-                f"{where}: {words[2]!r}: must be {', '.join(SHARED)} or a user, user1"
+                f"{where}: {words[1]!r}: must be {', '.join(SHARED)} or a user, user1"
             )
-        try:
-            time_s = float(words[0])
-        except ValueError:
-            time_s = math.nan
-        least_s = found[-1].time_s if found else 0.0
-        if not least_s <= time_s <= 86400.0:
-            raise ParameterError(
-                f"{where}: time = {words[0]}: must be {least_s:g}..86400 s; entries come in the "
-                "order of their times"
-            )
-        found.append(Disturbance(time_s, words[1], words[2]))
+        found.append(Disturbance(time_s, *words))
     return tuple(found)
 
 

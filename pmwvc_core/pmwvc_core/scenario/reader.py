@@ -14,8 +14,7 @@ from pmwvc_core.network.presets import PRESETS, link_settings
 from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import assembled, flat_mapping, hint
-from pmwvc_core.scenario.changes import over_time
-from pmwvc_core.scenario.names import complete, split_user, unknown
+from pmwvc_core.scenario.names import over_time, resolved
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
 # Stand in for a required value that is wrong, so that the rest can still be checked.
@@ -24,7 +23,7 @@ PRESET_NAME = re.compile(r"(user[1-9][0-9]*\.)?link\.(?:\*\.|(up|down)\.)?preset
 PRESET = Spec(str, description="network by name", choices=tuple(PRESETS))
 
 # Recordings of before have it: links did as tc-netem with another value.
-GONE = re.compile(r"link\.(up\.|down\.)?mode")
+GONE = re.compile(r"(user[1-9][0-9]*\.)?link\.(up\.|down\.)?mode")
 
 
 def parse_scenario(
@@ -62,17 +61,14 @@ class _Values:
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
         """Sort values into shared and users'; a common override replaces single users'."""
         for name, value in self._without_presets(values).items():
-            number, rest = split_user(name)
-            leaves = complete(rest)
-            of_user = bool(leaves) and PARAMETERS[leaves[0]].of_user
-            if GONE.fullmatch(rest) and value == "exact":
+            if GONE.fullmatch(name) and value == "exact":
                 continue
-            if not leaves or (number and not of_user) or (not number and rest == "side"):
-                text = unknown(name)
-                if number and rest in PARAMETERS:
-                    text = f"{rest} is shared by all users; set it without user{number}"
-                self.problems.append(f"{name} = {value!r}: {text}")
+            try:
+                number, leaves = resolved(name)
+            except ScenarioError as error:
+                self.problems.append(f"{name} = {value!r}: {error.problems[0]}")
                 continue
+            of_user = PARAMETERS[leaves[0]].of_user
             place = self.users.setdefault(number, {}) if of_user else self.shared
             for leaf in leaves:
                 self._store(place, leaf, value, name)
@@ -132,8 +128,8 @@ class _Values:
             return None
         try:
             over_time(scenario)
-        except ScenarioError as error:
-            self.problems += [f"changes: {problem}" for problem in error.problems]
+        except ParameterError as error:
+            self.problems.append(str(error))
         return scenario
 
     def _user(self, number: int) -> User:

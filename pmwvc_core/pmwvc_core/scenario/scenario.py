@@ -75,13 +75,9 @@ class User:
 class Scenario:
     """A complete session; ScenarioError where groups contradict one another."""
 
-    name: str = parameter(
-        NO_DEFAULT, "-", "name of the scenario; also part of the session folder's name", kind=str
-    )
+    name: str = parameter(NO_DEFAULT, "-", "name, also in that of the session folder", kind=str)
     description: str = parameter("", "-", "one sentence: what happens, what one should see")
-    duration_s: float = parameter(
-        NO_DEFAULT, "> 0 and <= 86400 s", "length of the session", kind=float
-    )
+    duration_s: float = parameter(NO_DEFAULT, "> 0 and <= 86400 s", "length", kind=float)
     seed: int = parameter(1, "0..2147483647", "seed of all random numbers")
     controller: str = parameter(
         NO_DEFAULT,
@@ -97,17 +93,11 @@ class Scenario:
         "until the next comes (dissertation); zeroing: samples, each for one step, then zero",
     )
     disturbances: str = parameter(
-        "",
-        "-",
-        "live: nodes killed, started, stopped and continued, TIME ACTION NODE; ...: "
-        "6 kill server; 7 start server (also netem, recorder, user1)",
+        "", "-", "live, TIME kill|start|stop|continue NODE; ...: 6 kill server; 7 start user1"
     )
     dof: int = parameter(1, "1..6", "axes of motion")
     changes: str = parameter(
-        "",
-        "-",
-        "parameters that change during a session in virtual time, times in s: "
-        "'TIME NAME=VALUE ...; TIME NAME=VALUE ...'",
+        "", "-", "in virtual time [s]: TIME NAME=VALUE ...; TIME NAME=VALUE ..."
     )
     users: tuple[User, ...] = parameter(NO_DEFAULT, "1..8", "number of users", kind=int)
     server: params.ServerParams = group(params.ServerParams)
@@ -115,7 +105,6 @@ class Scenario:
     own: Any = group(EnvironmentOwn)  # of environments from other packages, by their names
 
     def __post_init__(self) -> None:
-        """Check what holds between groups."""
         problems = conflicts(self)
         if problems:
             raise ScenarioError(self.name, problems)

@@ -1,68 +1,22 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Code from outside, contained: its answers are checked, its faulty steps counted, and the failed
-steps of a coupling are a matched damper at every port. Not here: a step that takes too long.
+"""Code from outside, contained: its answers are checked, and the failed steps of a coupling are a
+matched damper at every port. Not here: a step that takes too long.
 """
 
-from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.errors import PLUGIN_ERRORS, reason
 from pmwvc_core.law.motion import Body, BodyLaw, drifted, kinetic_j, mobility, pushed_body
 from pmwvc_core.law.server.contacts import Avatar, contact_energy, couple, slid
 from pmwvc_core.law.vectors import dot, minus, plus, scaled, within, zero
 from pmwvc_core.law.wave.wave import free_velocity, wave_force, wave_velocity
 from pmwvc_core.numeric import Array
+from pmwvc_core.plugins import BadAnswer, Faults
 
 LARGEST_N = 1e6  # more is no force
-R = TypeVar("R")
-F = TypeVar("F")
 Step = tuple[tuple[Avatar, ...], Body, float, bool]
-
-
-class BadAnswer(Exception):
-    """Code from outside answered with something that is no answer."""
-
-
-class Unanswered(BadAnswer):
-    """It has not answered in time, or is still busy with an earlier step."""
-
-
-class Faults:
-    """Count of the faulty steps of what a parameter names, and the text of the last fault."""
-
-    def __init__(self, parameter: str, value: str) -> None:
-        self._name = f"{parameter} = {value!r}"
-        self.steps = 0
-        self.text = ""
-        self.what = parameter.removeprefix("server.")
-        self.replaced = self.what == "environment"  # by a damper, in those steps
-
-    def guarded(self, ask: Callable[[], R], fallback: F) -> R | F:
-        """Return what code from outside answers; where it fails the fallback, and count a step."""
-        try:
-            return ask()
-        except PLUGIN_ERRORS as error:  # whatever it raises
-            self.note(error)
-            return fallback
-
-    def note_users(self, bad: Iterable[bool], what: str) -> None:
-        """Count a step where the answer is bad for any user."""
-        if who := [user for user, is_bad in enumerate(bad) if is_bad]:
-            self.note(BadAnswer(f"returned {what} for users {who}"))
-
-    def note_jumps(self, body: Any) -> None:
-        """Count a step of an environment whose force jumped for users who are there."""
-        jumped = (seen.there and seen.jumped for seen in getattr(body, "users", ()))
-        self.note_users(jumped, "a force that jumped while hardly anything moved")
-
-    def note(self, error: BaseException) -> None:
-        """Count a step."""
-        what = str(error) if isinstance(error, BadAnswer) else f"raised {reason(error)}"
-        self.steps += 1
-        self.text = f"{self._name} {what}"
 
 
 def signal(value: Any, shape: tuple[int, ...], name: str = "step") -> Array:

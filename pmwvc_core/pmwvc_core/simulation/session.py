@@ -12,15 +12,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from pmwvc_core.frame.rows import Frame, ServerRow
+from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.numeric import Array
-from pmwvc_core.plant.task import task_of
-from pmwvc_core.scenario.changes import over_time
+from pmwvc_core.plant.forces import task_of
+from pmwvc_core.scenario.names import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.book import note_step
+from pmwvc_core.simulation.bulk.loop import note_step
 from pmwvc_core.simulation.bulk.run import empty_steps, loops_of, run
-from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
-from pmwvc_core.simulation.links import add_link
+from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions, add_link
 from pmwvc_core.simulation.traces import Step, UserNotes, learned_events, stepped_server, traces_of
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
 from pmwvc_core.traces import SessionTraces
@@ -29,18 +28,15 @@ PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
 R = TypeVar("R")
 
 
-class SteppedSession:
-    """A scenario in virtual time, stepped packet by packet."""
+class SteppedSession(VirtualTime):
+    """A scenario in virtual time, stepped packet by packet from its start to its end."""
 
     def __init__(self, scenario: Scenario, conditions: Conditions = FROM_SCENARIO) -> None:
         self._scenario, self.tick_s = scenario, scenario.tick_s
         self.ticks = round(scenario.duration_s / self.tick_s)
-        self._prescribed = bool(conditions.steps or conditions.schedule.server_s)
         observers: dict[str, Any] = {"on_frame": self._note, "on_step": self._note_step}
-        self.time = time = VirtualTime(
-            scenario, ticks=self.ticks, conditions=conditions, **observers
-        )
-        self.tick_ns, self.server, self.users = time.tick_ns, time.server, time.users
+        super().__init__(scenario, ticks=self.ticks, conditions=conditions, **observers)
+        self._prescribed = bool(conditions.steps or conditions.schedule.server_s)
         self._task = task_of(scenario.task, scenario.dof)
         self.user_notes = [UserNotes(scenario.dof) for _ in scenario.users]
         self.steps: list[Step] = []
@@ -57,10 +53,10 @@ class SteppedSession:
                 until_ns = min(begin_ns + PROGRESS_NS, end_ns)
                 while changes and changes[0][0].time_s * 1e9 < until_ns:
                     change, new = changes.popleft()
-                    self.time.run(round(change.time_s * 1e9))
-                    self.time.change(new)
-                self.time.run(until_ns)
-            self.time.run(NEVER_NS)  # ticks and steps that a recording has later than due
+                    self.advance(round(change.time_s * 1e9))
+                    self.change(new)
+                self.advance(until_ns)
+            self.advance(NEVER_NS)  # ticks and steps that a recording has later than due
         finally:
             if collects:
                 gc.enable()
@@ -78,7 +74,7 @@ class SteppedSession:
             notes.frames.append((frame.ends, user.loop.report(), work, user.loop.changes))
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
-        server, arrays = self.time.server, empty_steps(self._scenario, 1)
+        server, arrays = self.server, empty_steps(self._scenario, 1)
         note_step(server.s, 0, server.p, self._task, *arrays)
         self.steps.append(Step(tick, now_ns, server.p.period_s, server.changes, arrays))
 
@@ -96,9 +92,9 @@ class SteppedSession:
                 ("down", user.down, own.times_ns, user.loop),
             ):
                 add_link(traces, name, way, *link.traces(looks, end.other_controller))
-                if link.link.faults.count:  # of plug-ins
+                if link.link.failed:  # plug-ins
                     of_links = traces.metadata.setdefault("links", {})
-                    of_links[f"{name}/{way}"] = str(link.link.faults)
+                    of_links[f"{name}/{way}"] = link.link.failed
         traces.server = stepped_server(self._scenario, self.steps, self._began_s())
         if self._prescribed:
             traces.metadata["server_lateness_s"] = traces.server.looked_ns * 1e-9
@@ -114,7 +110,6 @@ class SteppedSession:
         return traces
 
     def _began_s(self) -> Array:
-        """Return when steps began [s]."""
         ticks = [step.tick for step in self.steps]
         periods_s = [step.period_s for step in self.steps]
         if self._prescribed or len(set(periods_s)) > 1:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The traces of a session in virtual time: of rows noted while it was stepped, or of the arrays of
-one that ran in bulk (:mod:`.bulk.book`).
+one that ran in bulk (:mod:`.bulk.loop`).
 """
 
 import itertools
@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.frame.rows import SIGNALS, Frame, FrameReport
+from pmwvc_core.frame import SIGNALS, Frame, FrameReport
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Array, Integers, Value
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.bulk.book import OF_PACKET
+from pmwvc_core.simulation.bulk.loop import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run, empty_steps
-from pmwvc_core.simulation.links import add_link, columns
+from pmwvc_core.simulation.conditions import add_link, columns
 from pmwvc_core.traces import (
     ENERGIES,
     OF_AVATARS,
@@ -106,7 +106,7 @@ def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> 
 def server_traces(
     scenario: Scenario, steps: Array, energies: Array, presence: Integers, **rest: Any
 ) -> ServerTraces:
-    """Return the traces of the server from the arrays that a :class:`.bulk.book.Book` has."""
+    """Return the traces of the server from the arrays that a :class:`.bulk.loop.Book` has."""
     users = len(scenario.users)
     first, of_each = [2 + len(OF_AVATARS) * i for i in range(users)], enumerate(OF_AVATARS)
     avatars: dict[str, Any] = {name: [steps[at + k] for at in first] for k, name in of_each}

@@ -22,6 +22,7 @@ from pmwvc_core.numeric import Value, finite, squared
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Receipt, WavePacket, ahead
 from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 
+LONGEST_PERIOD_S = 10.0  # of a packet on the strict channel
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
@@ -41,19 +42,22 @@ PASSAGE = (  # fields of the Reception message
 
 class Receiver:
     """The receiving end of one direction: ``dof`` values per packet, which stands for
-    ``period_s``; silence begins after ``timeout_s`` or three periods, whichever is longer;
-    ``max_wave`` is the longest wave that is legal [sqrt(W)].
+    ``period_s``, or for ``any_period`` up to ``LONGEST_PERIOD_S``; silence begins after
+    ``timeout_s`` or three periods, whichever is longer; ``max_wave`` is the longest wave that is
+    legal [sqrt(W)].
     """
 
     def __init__(
-        self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf
-    ) -> None:
-        self.dof, self.period_s, self.max_wave = dof, period_s, max_wave
+        self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf,
+        any_period: bool = False,
+    ) -> None:  # fmt: skip
+        self.dof, self.max_wave = dof, max_wave
+        self._period_s, self._any_period = period_s, any_period
         self.counts = dict.fromkeys(Receipt, 0)
         self.lost = 0  # numbers skipped and not come since
         self.newest: WavePacket | None = None  # accepted; None before the first
         self.round_trip_s: float | None = None
-        self._silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
+        self.silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
         self.accepted_ns = 0  # when the newest was taken,
         self.came_ns = 0  # and when it reached this end, which may be before
         self.path = Path()  # delay and jitter of the packets, both ways
@@ -84,7 +88,7 @@ class Receiver:
 
     def silent(self, now_ns: int) -> bool:
         """Tell whether nothing was accepted for too long (also before the first packet)."""
-        return self.newest is None or now_ns - self.accepted_ns > self._silence_ns
+        return self.newest is None or now_ns - self.accepted_ns > self.silence_ns
 
     def echo(self, now_ns: int) -> tuple[int, int, int]:
         """Return number, sender's clock and holding time [ns] of the newest packet, zeros before
@@ -97,7 +101,7 @@ class Receiver:
 
     def challenges(self, now_ns: int) -> bool:
         """Tell whether a sender comes that has to prove itself."""
-        waits = self._stranger is not None and now_ns - self._stranger_ns <= self._silence_ns
+        waits = self._stranger is not None and now_ns - self._stranger_ns <= self.silence_ns
         return waits and self._vacant(now_ns)
 
     def _vacant(self, now_ns: int) -> bool:
@@ -114,13 +118,13 @@ class Receiver:
         for value in signals:  # the zero of a start has any number of axes
             if value.shape != (dof,) if isinstance(value, np.ndarray) else dof > 1 and value:
                 return Receipt.WRONG_LENGTH
-        if not self._lasts(packet.period):
+        if not (
+            0.0 < packet.period <= LONGEST_PERIOD_S
+            if self._any_period
+            else math.isclose(packet.period, self._period_s, rel_tol=1e-6)
+        ):
             return Receipt.WRONG_PERIOD
         return Receipt.TOO_LARGE if squared(packet.wave) > self.max_wave**2 else None
-
-    def _lasts(self, period_s: float) -> bool:
-        """Tell whether a packet may stand for so long."""
-        return math.isclose(period_s, self.period_s, rel_tol=1e-6)
 
     def _placed(self, packet: WavePacket, now_ns: int) -> Receipt:
         """Judge a fit packet by those before it."""

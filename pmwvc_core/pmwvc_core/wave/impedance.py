@@ -141,21 +141,16 @@ def largest(impedance: Impedance) -> float:
     return eigenvalues(impedance)[-1]
 
 
-def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
-    """Return the longest wave of a port with at most this force [N] and velocity [m/s].
-
-    u = (2B)^(-1/2) (F + B xd), so |u| <= F/sqrt(2 lambda_min) + xd sqrt(lambda_max/2).
-    """
-    least, most = smallest(impedance), largest(impedance)
-    return force / math.sqrt(2.0 * least) + velocity * math.sqrt(0.5 * most)
-
-
 def largest_wave(impedance: Impedance, *, waves: bool) -> float:
     """Return the longest wave that can be meant at a port [sqrt(W)]: a coupled device renders at
-    most ``FORCE_N`` and moves at most at ``VELOCITY_M_S``, and a passive server returns no more;
-    without waves the longest of what is sent.
+    most ``FORCE_N`` and moves at most at ``VELOCITY_M_S``, and a passive server returns no more. u
+    = (2B)^(-1/2) (F + B xd), so |u| <= F/sqrt(2 lambda_min) + xd sqrt(lambda_max/2). Without waves
+    the longest of what is sent.
     """
-    return longest_wave(impedance, FORCE_N, VELOCITY_M_S) if waves else DIRECT
+    if not waves:
+        return DIRECT
+    least, most = smallest(impedance), largest(impedance)
+    return FORCE_N / math.sqrt(2.0 * least) + VELOCITY_M_S * math.sqrt(0.5 * most)
 
 
 def wave_of_speed(impedance: Impedance, velocity: float) -> float:

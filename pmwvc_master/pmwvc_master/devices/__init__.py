@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeAlias, get_args
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.frame.rows import STALE_NS, DeviceSample
+from pmwvc_core.frame import STALE_NS, DeviceSample
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams

@@ -21,8 +21,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from std_msgs.msg import Bool
 
-from pmwvc_core.ends.forms import value
-from pmwvc_core.ends.simulated_device import Target
+from pmwvc_core.ends.inbox import value
+from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.numeric import Value, finite, flatten
 from pmwvc_core.runtime.topics import Polled

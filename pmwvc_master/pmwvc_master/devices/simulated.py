@@ -7,7 +7,7 @@ tick, with the force written last held. A tick that the loop missed passes too, 
 real device, but not more than ``CATCH_UP_S`` at once.
 """
 
-from pmwvc_core.ends.simulated_device import CATCH_UP_S, DevicePlant
+from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.server_view import kept_words, why_kept
+from pmwvc_core.ends.server_end import kept_words, why_kept
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario

@@ -190,8 +190,8 @@ class Tape:
 
     def add_packets(self, link: int, packets: Array) -> None:
         """Add packets of a link: number, sent, arrived [s], fate."""
-        told_s = np.full(len(packets), self.end_s)
-        self.packets[link].add(np.column_stack([told_s, packets]))
+        newest_s = np.full(len(packets), self.end_s)
+        self.packets[link].add(np.column_stack([newest_s, packets]))
 
     def user_traces(self, since_s: float) -> list[UserTraces]:
         """Return the traces of the users from a time on."""

@@ -20,9 +20,9 @@ from pmwvc_analysis.budget.criterion import server_allowance_j
 from pmwvc_analysis.verdicts import stability
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.words import quantity
 from pmwvc_view.feed.balances import WAYS, Worst
 from pmwvc_view.feed.feed import FeedUser
 from pmwvc_view.feed.tape import SPAN_S, Tape

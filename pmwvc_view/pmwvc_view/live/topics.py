@@ -221,7 +221,7 @@ class PublishedHand:
         self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
         self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
         self.position: Sequence[float] | None = None
-        self._told_s = -math.inf
+        self._flagged_s = -math.inf
 
     def give(self, position: Sequence[float] | None) -> None:
         """Publish a target; None opens the hand."""
@@ -231,7 +231,7 @@ class PublishedHand:
                 self._flags.publish(Bool(data=False))
             return
         now_s = time.monotonic()
-        if not closed or now_s - self._told_s > HELD_S:  # one started meanwhile missed it
-            self._told_s = now_s
+        if not closed or now_s - self._flagged_s > HELD_S:  # one started meanwhile missed it
+            self._flagged_s = now_s
             self._flags.publish(Bool(data=True))
         self._targets.publish(target_bytes(position, time.time_ns()))

@@ -27,7 +27,6 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.family import Family, no_accounts
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
 from pmwvc_core.law.wave.wave import wave_j
-from pmwvc_core.params import ServerParams
 
 
 class Pair(NamedTuple):
@@ -69,12 +68,6 @@ class JointLedger(NamedTuple):
 
 Waves = tuple[Vector, ...]
 Pairs = tuple[Pair, ...]
-
-
-def compensation_params(params: ServerParams) -> Terms:
-    """Return the parameters of any compensation."""
-    h = params.period_s
-    return Terms(h, h * params.allowance_w, params.allowance_j, params.tank_cap_j)
 
 
 def _shortened(wave: Pair, ratio: float) -> Vector:

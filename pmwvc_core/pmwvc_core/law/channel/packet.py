@@ -31,10 +31,8 @@ from typing import NamedTuple
 
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared
 from pmwvc_core.law.wave.wave import wave_j
-from pmwvc_core.params import DeadbandParams
 
 LAST_NUMBER = (1 << 32) - 1  # 1 follows
-ROUNDING = 1e-9  # of times, relative
 
 
 class Packet(NamedTuple):
@@ -93,12 +91,6 @@ class PackingParams(NamedTuple):
 
     ratio: float
     longest_s: float
-
-
-def packing_params(deadband: DeadbandParams) -> PackingParams:
-    """Return the parameters of a sender."""
-    ratio = deadband.ratio if deadband.is_on else -1.0
-    return PackingParams(float(ratio), deadband.longest_s * (1.0 + ROUNDING))
 
 
 def pack(

@@ -33,18 +33,8 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared, zero
-from pmwvc_core.law.wave.filter_and_hold import (
-    Cascade,
-    Sections,
-    cascade,
-    gain_of,
-    rest_of,
-    resting_cascade,
-    sections_of,
-)
+from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
 from pmwvc_core.law.wave.wave import along, free_velocity, wave_j, wave_v, wave_velocity
-from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.filter_design import bank_filters
 
 ACTS = ("everywhere", "above", "below")  # where a local model is in place
 EVERYWHERE, ABOVE, BELOW = range(3)
@@ -162,16 +152,6 @@ class BankFilters(NamedTuple):
     high_down: Sections
     local: Any
     tick_s: float
-
-
-def made_bank(master: MasterParams, local: Any, axes: int) -> tuple[Bank, BankFilters]:
-    """Return the bank of a master around a local model, at rest, and its parameters."""
-    found = bank_filters(master.bank, tick_s=master.tick_s)
-    filters = found.low_up, found.low_down, found.high_up, found.high_down
-    sections = [() if each is None else sections_of(each) for each in filters]
-    cascades = [(resting_cascade(each),) * axes for each in sections]
-    s = Bank._make([*cascades, resting_local(local, axes), (0.0,) * 4])
-    return s, BankFilters._make([*sections, local, master.tick_s])
 
 
 @port_filters.part_in.member(Bank)

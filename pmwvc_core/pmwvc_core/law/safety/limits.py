@@ -25,7 +25,6 @@ from typing import NamedTuple
 
 from pmwvc_core.law.safety.brakes import HandBrake, brake_limit, brake_push, holding, loose_brake
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, shortened, within, zero
-from pmwvc_core.params import SafetyParams
 
 LOST_S = 1.0
 # Causes of the state of the limits:
@@ -72,17 +71,6 @@ class LimitsParams(NamedTuple):
     reach: float  # [m]
     brakes: bool
     brake_stiffness: float  # [N/m]
-
-
-def limits_params(
-    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
-) -> LimitsParams:
-    """Return the limits of a force loop; a brake of no stiffness is none."""
-    return LimitsParams(
-        safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
-        max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
-        reach, brake > 0.0, brake,
-    )  # fmt: skip
 
 
 def limits_restart(s: Limits) -> Limits:

@@ -63,10 +63,7 @@ def _implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     after, lost_j = drifted(body, velocity, law)
     moved, heats = columns(each(_by_axis, (avatars, columns(answers)), law.period_s))
-    every = True
-    for i in range(len(settled)):
-        every = every and settled[i]
-    return moved, after, total(lost_j, heats), every
+    return moved, after, total(lost_j, heats), False not in settled
 
 
 def _rows(a: Avatar) -> tuple[Row, ...]:

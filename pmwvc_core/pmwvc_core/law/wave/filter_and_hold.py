@@ -27,13 +27,10 @@ up to M ticks releases no more than the packet brings and E loses; after M ticks
 Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
 """
 
-import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, between, chain, columns, each, plus, scaled, zero
-from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.filter_design import design, pole_of
 
 
 class Section(NamedTuple):
@@ -109,19 +106,6 @@ class Butterworth(NamedTuple):
 
 filter_step = Family("filter_step")  # (s, u, p) -> (s, y): the wave of a tick [sqrt(W)]
 filter_sample = Family("filter_sample")  # (s, p) -> (s, y): what a packet carries
-
-
-def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) -> tuple[Any, Any]:
-    """Return a filter at rest, and its parameters: its sections, its pole, or the ticks M."""
-    nothing, pole = (0.0,) * axes, 0.0
-    if params.kind == "integrate_and_dump":
-        return Mean(nothing, 0), rate_drop
-    if params.kind == "butterworth":
-        sections = sections_of(design(params, tick_s=tick_s))
-        return Butterworth(nothing, (resting_cascade(sections),) * axes), sections
-    if params.kind == "first_order":
-        pole = math.exp(-float(pole_of(params)) * tick_s)
-    return FirstOrder(nothing), pole
 
 
 @filter_sample.member(FirstOrder, Butterworth)

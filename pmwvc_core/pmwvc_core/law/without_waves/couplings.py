@@ -21,15 +21,19 @@ device's damping b exceeds K_c T_c/2 + B_c; with delays T_1 + T_2 around the loo
 
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.motion import Body
-from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, offset_of, slid
-from pmwvc_core.law.server.coupling import pulled
-from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEndParams, Met, meet
+from pmwvc_core.law.without_waves.ends import (
+    AvatarAnswer,
+    AvatarStep,
+    DeviceEnd,
+    DeviceEndParams,
+    Heard,
+    avatar_moved,
+    placed_avatar,
+    pulled_avatar,
+)
 
 
 class Held(NamedTuple):
@@ -42,19 +46,20 @@ class Direct(Nothing):
     """The law at either end; it has no parameters."""
 
 
+@ends.device_answer.member(Held)
+def _held(s: Held, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> Held:
+    return Held(zero(heard.wave) if heard.silent else heard.wave)
+
+
 @ends.device_force.member(Held)
-def _force(s: Held, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Held, Vector]:
+def _force(s: Held, end: DeviceEnd, p: DeviceEndParams) -> tuple[Held, Vector]:
     return s, s.force
 
 
-@meet.member(Direct)
-def _meet(p: Direct, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
-    place = plus(body.x, offset_of(a.contact))
-    contact, lost_j = slid(a.contact, minus(came.position, place))
-    rate = minus(came.wave, body.xd)
-    f = contact_force(contact, rate)
-    lost_j += h * contact_heat(contact, rate)
-    return Met(s.brake, came.wave, f, contact, lost_j, -1.0)
+@avatar_moved.member(Direct)
+def _placed(p: Direct, kept: Nothing, step: AvatarStep) -> tuple[Nothing, AvatarAnswer]:
+    moved = placed_avatar(step, step.wave)
+    return kept, AvatarAnswer(moved, moved.f, (), -1.0)
 
 
 class VirtualCoupling(NamedTuple):
@@ -74,32 +79,30 @@ class AvatarSeen(NamedTuple):
     coupled: bool = False
 
 
-@ends.device_receives.member(AvatarSeen)
-def _receives(s: AvatarSeen, packet: Packet, received_j: float, p: DeviceEndParams) -> AvatarSeen:
+@ends.device_answer.member(AvatarSeen)
+def _seen(s: AvatarSeen, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> AvatarSeen:
     """Take the avatar's velocity from the way it went since the packet before."""
-    pd, numbers = s.pd, packet.number - s.number
+    packet, pd = heard.packet, s.pd
+    numbers = packet.number - s.number
     another = packet.fresh and packet.sent_ns != s.sent_ns
     if s.number == 0 or numbers < 0 or another or not s.coupled:
         pd = zero(packet.wave)
     elif numbers > 0:
         pd = scaled(minus(packet.wave, s.p), 1.0 / (packet.period_s * numbers))
-    return AvatarSeen(s.p, pd, packet.number, packet.sent_ns, s.coupled)
-
-
-@ends.device_answer.member(AvatarSeen)
-def _noted(s: AvatarSeen, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> AvatarSeen:
-    return s._replace(p=s.p if silent else wave, coupled=not silent)
+    at = s.p if heard.silent else heard.wave
+    return AvatarSeen(at, pd, packet.number, packet.sent_ns, not heard.silent)
 
 
 @ends.device_force.member(AvatarSeen)
-def _pull(s: AvatarSeen, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
-    pull, drag = scaled(minus(x, s.p), p.law.stiffness), scaled(minus(xd, s.pd), p.law.damping)
-    return s, plus(pull, drag) if s.coupled else zero(x)
+def _pull(s: AvatarSeen, end: DeviceEnd, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
+    pull = scaled(minus(end.x, s.p), p.law.stiffness)
+    drag = scaled(minus(end.xd, s.pd), p.law.damping)
+    return s, plus(pull, drag) if s.coupled else zero(end.x)
 
 
-@meet.member(VirtualCoupling)
-def _pulled(p: VirtualCoupling, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
-    stretch = minus(came.position, s.x_s)
-    drive = plus(scaled(stretch, p.stiffness), scaled(came.wave, p.damping))
-    xd, f, contact, lost_j = pulled(a.contact, drive, p.stiffness * h + p.damping, body, h)
-    return Met(s.brake, xd, f, contact, lost_j, -1.0)
+@avatar_moved.member(VirtualCoupling)
+def _pulled(p: VirtualCoupling, kept: Nothing, step: AvatarStep) -> tuple[Nothing, AvatarAnswer]:
+    pull = scaled(minus(step.position, step.x_s), p.stiffness)
+    drive = plus(pull, scaled(step.wave, p.damping))
+    moved = pulled_avatar(step, drive, p.stiffness * step.period_s + p.damping)
+    return kept, AvatarAnswer(moved, minus(moved.x_s, step.offset), (), -1.0)

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both ends of all controllers without waves. What a controller adds is chosen by type.
+"""Both ends of all controllers without waves, and of those of other packages; what a controller
+adds is chosen by type.
 
-The device's end sends where the device is and how fast it moves, and counts what flowed from the
-hand into the controller and back: the force that the limits let through times the velocity at the
-tick. The wave signals are zero.
+The device's end counts what flowed from the hand into the controller and back: the force that the
+limits let through times the velocity at the tick. The library's send position and velocity.
 
-At the server the object moves exactly under the last forces held; then every avatar meets it, each
-by itself. ``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s. An avatar
-goes along with the device (``direct``, ``tdpa``; the force goes back), or hangs on spring and
-damper (``virtual_coupling``, ``pspm``; its position goes back, in the device's frame).
+At the server the object moves exactly under the last forces held; then every avatar meets it.
+``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s. The library's avatars
+go along with the device (``direct``, ``tdpa``; the force goes back), or hang on spring and damper
+(``virtual_coupling``, ``pspm``; the position goes back, in the device's frame).
 """
 
 from operator import add
@@ -21,8 +21,15 @@ from pmwvc_core.law.family import Family, no_accounts, same
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
-from pmwvc_core.law.server.contacts import Avatar, Contact, offset_of
-from pmwvc_core.law.server.coupling import object_pushed
+from pmwvc_core.law.server.contacts import (
+    Avatar,
+    Contact,
+    contact_force,
+    contact_heat,
+    offset_of,
+    slid,
+)
+from pmwvc_core.law.server.coupling import object_pushed, pulled
 from pmwvc_core.law.server.server_port import (
     Came,
     PortShown,
@@ -43,6 +50,7 @@ class DeviceEnd(NamedTuple):
 
     x: Vector  # [m] last measured
     xd: Vector  # [m/s]
+    f: Vector  # [N] as the limits let it through
     law: Any
     given_j: float = 0.0  # from the device into the controller
     taken_j: float = 0.0  # and back
@@ -55,26 +63,33 @@ class DeviceEndParams(NamedTuple):
     law: Any
 
 
-def _no_energy(law: Any, p: DeviceEndParams) -> tuple[Any, float]:
-    return law, -1.0
+class Heard(NamedTuple):
+    """The newest packet at an answer tick, of number 0 before the first."""
+
+    packet: Packet
+    wave: Vector  # what it carries
+    silent: bool
+    received_j: float  # by the sums of packets
+    frame_s: float
 
 
-def _held(law: Any, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> Any:
-    return law._replace(force=zero(wave) if silent else wave)
+def _sent(law: Any, s: DeviceEnd, frame_s: float, p: DeviceEndParams) -> tuple[Any, Sent]:
+    return law, Sent(s.xd, s.x, -1.0, ())
+
+
+def _passed_j(law: Any, given_j: float, taken_j: float, p: Any) -> Vector:
+    return given_j, given_j, taken_j, taken_j
 
 
 # (law, before, x, xd, p) -> law: moved since the last tick, when the end was that
 device_moved = Family("device_moved", same)
-# (law, p) -> (law, running sum of energy; below zero: none)
-device_sends = Family("device_sends", _no_energy)
-# once a frame, (law, packet, received_j, p) -> law: the newest, of number 0 before the first
-device_receives = Family("device_receives", same)
-# then (law, wave, silent, x, p) -> law: what it carries, or let go
-device_answer = Family("device_answer", _held)
-device_force = Family("device_force")  # (law, x, xd, p) -> (law, force wanted [N])
-# (state at either end) -> accounts [J]
+device_sends = Family("device_sends", _sent)  # (law, end, frame_s, p) -> (law, Sent)
+device_answer = Family("device_answer")  # (law, end, heard, p) -> law: once a frame
+device_force = Family("device_force")  # (law, end, p) -> (law, force wanted [N])
+# (law, given_j, taken_j, p) -> given, sent, received, taken [J]; p of the controller
+device_passed_j = Family("device_passed_j", _passed_j)
+# (state at either end, p of the controller) -> accounts [J]
 controller_energies = Family("controller_energies", no_accounts)
-device_applied = Family("device_applied", same)  # (law, f, p) -> law: the force let through [N]
 
 
 @master.port_measure.member(DeviceEnd)
@@ -87,8 +102,8 @@ def _measure(s: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> DeviceE
 def _send(
     s: DeviceEnd, arrivals: Any, frame_s: float, number: int, held_j: float, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Sent]:
-    law, energy_j = device_sends(s.law, p)
-    return s._replace(law=law), arrivals, Sent(s.xd, s.x, energy_j, ())
+    law, sent = device_sends(s.law, s, frame_s, p)
+    return s._replace(law=law), arrivals, sent
 
 
 @master.port_answer.member(DeviceEnd)
@@ -96,8 +111,8 @@ def _answer(
     s: DeviceEnd, arrivals: PlainArrivals, packet: Packet, wave: Vector, silent: bool,
     frame_s: float, p: DeviceEndParams,
 ) -> DeviceEnd:  # fmt: skip
-    law = device_receives(s.law, packet, arrivals.received_j, p)
-    return s._replace(law=device_answer(law, wave, silent, s.x, p))
+    heard = Heard(packet, wave, silent, arrivals.received_j, frame_s)
+    return s._replace(law=device_answer(s.law, s, heard, p))
 
 
 @master.port_tick.member(DeviceEnd)
@@ -105,7 +120,7 @@ def _tick(
     s: DeviceEnd, arrivals: Any, x: Vector, xd: Vector, p: DeviceEndParams
 ) -> tuple[DeviceEnd, Any, Vector]:
     s = _measure(s, x, xd, p)
-    law, f = device_force(s.law, s.x, s.xd, p)
+    law, f = device_force(s.law, s, p)
     return s._replace(law=law), arrivals, f
 
 
@@ -113,7 +128,7 @@ def _tick(
 def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
     energy_j = p.tick_s * dot(f, s.xd)
     given_j, taken_j = s.given_j + max(energy_j, 0.0), s.taken_j + max(-energy_j, 0.0)
-    return DeviceEnd(s.x, s.xd, device_applied(s.law, f, p), given_j, taken_j)
+    return DeviceEnd(s.x, s.xd, f, s.law, given_j, taken_j)
 
 
 @master.port_signals.member(DeviceEnd)
@@ -124,68 +139,110 @@ def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
 
 @master.port_energies.member(DeviceEnd)
 def _energies(s: DeviceEnd, arrivals: Any, p: DeviceEndParams) -> Vector:
-    of_port: Vector = (s.given_j, s.given_j, s.taken_j, s.taken_j)
-    return of_port + controller_energies(s.law)
+    passed: Vector = device_passed_j(s.law, s.given_j, s.taken_j, p.law)
+    return passed + controller_energies(s.law, p.law)
 
 
 class AvatarEndParams(NamedTuple):
-    """The laws of the users, the object, whether the avatars hang on springs."""
+    """The laws of the users, and the object."""
 
     laws: tuple[Any, ...]
     body: BodyLaw
-    sprung: bool
 
 
-class Met(NamedTuple):
+class AvatarStep(NamedTuple):
+    """What an avatar knows in a step; the object has come here under the last forces, held."""
+
+    position: Vector  # [m] of the device as last heard, in the avatar's frame
+    wave: Vector  # of its packet
+    extra: Vector
+    x_s: Vector  # [m] after the last step
+    xd_s: Vector  # [m/s]
+    f_s: Vector  # [N] on the object
+    contact: Contact
+    body: Body  # the object: x [m], xd [m/s]
+    period_s: float
+    offset: Vector = ()  # [m] of the avatar's frame in the device's
+    received_j: float = 0.0  # by the sums of packets
+
+
+class Moved(NamedTuple):
     """An avatar after its step."""
 
-    kept: Any
-    xd: Vector  # [m/s]
+    x_s: Vector
+    xd: Vector
     f: Vector  # [N] on the object
     contact: Contact
     lost_j: float  # heat of the contact, springs let go
-    sent_j: float  # running sum for the packets; below zero: none
 
 
-# (law, port, avatar, came, body, h) -> Met: move an avatar and form its force; the position that
-# came is in the avatar's frame
-meet = Family("meet")
+class AvatarAnswer(NamedTuple):
+    """Where the avatar went, and what goes back to the device."""
+
+    moved: Moved
+    wave: Vector
+    extra: Vector = ()
+    sent_j: float = -1.0  # running sum of energy; below zero: none
+
+
+# (p of the controller, kept, step) -> (kept, AvatarAnswer)
+avatar_moved = Family("avatar_moved")
+
+
+def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
+    """Let an avatar without mass move by f_s = drive - impedance xd_s against its contact
+    (backward Euler): a force [N] and a damper [N s/m]. A spring K and damper B to the device are
+    drive = K (position - x_s) + B velocity, impedance = K h + B.
+    """
+    xd, f, contact, lost_j = pulled(step.contact, drive, impedance, step.body, step.period_s)
+    return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)
+
+
+def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
+    """Put an avatar where its device was when it was last heard, with that velocity [m/s]."""
+    place = plus(step.body.x, offset_of(step.contact))
+    contact, lost_j = slid(step.contact, minus(step.position, place))
+    rate = minus(velocity, step.body.xd)
+    lost_j += step.period_s * contact_heat(contact, rate)
+    x_s = plus(step.body.x, offset_of(contact))
+    return Moved(x_s, velocity, contact_force(contact, rate), contact, lost_j)
 
 
 @environment_step.member(AvatarEndParams)
 def _step(p: AvatarEndParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
-    ports, lost = columns(each(_meet, rows, body, p.body.period_s, p.sprung))
+    ports, lost = columns(each(_moved, rows, body, p.body.period_s))
     return SharedScene(ports, body, s.dissipated_j + total(lost_j, lost), s.unsettled)
 
 
-def _meet(
-    s: UserPort, a: Avatar, came: Came, law: Any, body: Body, h: float, sprung: bool
+def _moved(
+    s: UserPort, a: Avatar, came: Came, law: Any, body: Body, h: float
 ) -> tuple[UserPort, float]:
     if not a.present:
         return s, 0.0
-    met = meet(law, s, a, came._replace(position=plus(came.position, s.offset)), body, h)
-    avatar = a._replace(xd=met.xd, f=met.f, contact=met.contact)
-    x_s = plus(body.x, offset_of(met.contact))
-    answer = minus(x_s, s.offset) if sprung else met.f
-    flow_j = h * dot(met.f, met.xd)
+    step = AvatarStep(
+        plus(came.position, s.offset), came.wave, came.extra, s.x_s, a.xd, a.f, a.contact, body,
+        h, s.offset, came.received_j,
+    )  # fmt: skip
+    kept, answer = avatar_moved(law, s.brake, step)
+    x_s, xd, f, contact, lost_j = answer.moved
+    avatar, flow_j = a._replace(xd=xd, f=f, contact=contact), h * dot(f, xd)
     u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
-    s = UserPort(avatar, met.kept, s.offset, x_s, answer, u_j, v_j, met.sent_j, s.extra)
-    return s, met.lost_j
+    sent_j, extra = answer.sent_j, answer.extra
+    return UserPort(avatar, kept, s.offset, x_s, answer.wave, u_j, v_j, sent_j, extra), lost_j
 
 
 @environment_energies.member(AvatarEndParams)
 def _environment_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
-    accounts = controller_energies(s.ports[0].brake)
+    accounts = controller_energies(s.ports[0].brake, p.laws[0])
     for i in range(1, len(s.ports)):
-        accounts = each(add, (accounts, controller_energies(s.ports[i].brake)))
+        accounts = each(add, (accounts, controller_energies(s.ports[i].brake, p.laws[i])))
     stored: Vector = (kinetic_j(s.body, p.body), potential_j(s))
     return stored + accounts
 
 
 @port_shown.member(AvatarEndParams)
-def port_without_waves(p: Any, s: SharedScene, user: int) -> PortShown:
-    """Return a port whose waves are none."""
+def _shown(p: AvatarEndParams, s: SharedScene, user: int) -> PortShown:
     port = s.ports[user]
     return PortShown(zero(port.v_s), in_touch(port), 0.0)

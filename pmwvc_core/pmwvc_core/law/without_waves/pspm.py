@@ -22,15 +22,19 @@ Passive with any delay, loss and order of packets for B > K T_c/2 at the device.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.motion import Body
+from pmwvc_core.law.channel.packet import Sent
 from pmwvc_core.law.safety.brakes import released_brake
-from pmwvc_core.law.server.contacts import Avatar, offset_of
-from pmwvc_core.law.server.coupling import pulled
-from pmwvc_core.law.server.server_port import Came, UserPort
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
+from pmwvc_core.law.without_waves.ends import (
+    AvatarAnswer,
+    AvatarStep,
+    DeviceEnd,
+    DeviceEndParams,
+    Heard,
+    avatar_moved,
+    pulled_avatar,
+)
 
 
 class Pspm(NamedTuple):
@@ -54,10 +58,9 @@ class ModulatedSpring(NamedTuple):
 
 
 class PspmDevice(NamedTuple):
-    """The device's end: its spring, the force as applied [N], whether answers come."""
+    """The device's end: its spring, whether answers come."""
 
     spring: ModulatedSpring
-    force: Vector
     coupled: bool = False
 
 
@@ -101,47 +104,40 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
 @ends.device_moved.member(PspmDevice)
 def _moved(s: PspmDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
-    q, work_j = s.spring.q if s.coupled else x, dot(s.force, minus(x, was.x))
+    q, work_j = s.spring.q if s.coupled else x, dot(was.f, minus(x, was.x))
     return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
 
 
 @ends.device_sends.member(PspmDevice)
-def _send(s: PspmDevice, p: DeviceEndParams) -> tuple[PspmDevice, float]:
+def _send(
+    s: PspmDevice, end: DeviceEnd, frame_s: float, p: DeviceEndParams
+) -> tuple[PspmDevice, Sent]:
     spring = divided(s.spring, p.law)
-    return s._replace(spring=spring), spring.sent_j
-
-
-@ends.device_receives.member(PspmDevice)
-def _receives(s: PspmDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> PspmDevice:
-    return s._replace(spring=taken_in(s.spring, received_j))
+    return s._replace(spring=spring), Sent(end.xd, end.x, spring.sent_j, ())
 
 
 @ends.device_answer.member(PspmDevice)
-def _aim(s: PspmDevice, wave: Vector, silent: bool, x: Vector, p: DeviceEndParams) -> PspmDevice:
-    if silent:
-        return PspmDevice(spring_let_go(s.spring, x), s.force, False)
-    return PspmDevice(aimed(s.spring, wave, x, p.law), s.force, True)
+def _aim(s: PspmDevice, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> PspmDevice:
+    spring = taken_in(s.spring, heard.received_j)
+    if heard.silent:
+        return PspmDevice(spring_let_go(spring, end.x), False)
+    return PspmDevice(aimed(spring, heard.wave, end.x, p.law), True)
 
 
 @ends.device_force.member(PspmDevice)
-def _force(s: PspmDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
-    pull = scaled(minus(x, s.spring.q), p.law.stiffness)
-    return s, plus(scaled(xd, p.law.damping), pull) if s.coupled else zero(x)
-
-
-@ends.device_applied.member(PspmDevice)
-def _applied(s: PspmDevice, f: Vector, p: DeviceEndParams) -> PspmDevice:
-    return s._replace(force=f)
+def _force(s: PspmDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
+    pull = scaled(minus(end.x, s.spring.q), p.law.stiffness)
+    return s, plus(scaled(end.xd, p.law.damping), pull) if s.coupled else zero(end.x)
 
 
 @ends.controller_energies.member(ModulatedSpring)
-def _of_spring(s: ModulatedSpring) -> Vector:
+def _of_spring(s: ModulatedSpring, p: Pspm) -> Vector:
     return (s.tank_j, s.spring_j)
 
 
 @ends.controller_energies.member(PspmDevice)
-def _of_device(s: PspmDevice) -> Vector:
-    return _of_spring(s.spring)
+def _of_device(s: PspmDevice, p: Pspm) -> Vector:
+    return _of_spring(s.spring, p)
 
 
 @released_brake.member(ModulatedSpring)
@@ -150,13 +146,15 @@ def _released(s: ModulatedSpring) -> ModulatedSpring:
     return s._replace(placed=False)
 
 
-@meet.member(Pspm)
-def _meet(p: Pspm, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
+@avatar_moved.member(Pspm)
+def _pulled(
+    p: Pspm, kept: ModulatedSpring, step: AvatarStep
+) -> tuple[ModulatedSpring, AvatarAnswer]:
     """Move the set point, then the avatar; one that has just joined begins where it is."""
-    spring: ModulatedSpring = s.brake if s.brake.placed else spring_let_go(s.brake, s.x_s)
-    spring = aimed(taken_in(spring, came.received_j), came.position, s.x_s, p)
-    drive = scaled(minus(spring.q, s.x_s), p.stiffness)
-    xd, f, contact, lost_j = pulled(a.contact, drive, p.stiffness * h + p.damping, body, h)
-    x_s, work_j = plus(body.x, offset_of(contact)), -h * dot(f, xd)
-    spring = divided(set_to(spring, spring.q, x_s, work_j, p), p)
-    return Met(spring, xd, f, contact, lost_j, spring.sent_j)
+    spring = kept if kept.placed else spring_let_go(kept, step.x_s)
+    spring = aimed(taken_in(spring, step.received_j), step.position, step.x_s, p)
+    drive = scaled(minus(spring.q, step.x_s), p.stiffness)
+    moved = pulled_avatar(step, drive, p.stiffness * step.period_s + p.damping)
+    work_j = -step.period_s * dot(moved.f, moved.xd)
+    spring = divided(set_to(spring, spring.q, moved.x_s, work_j, p), p)
+    return spring, AvatarAnswer(moved, minus(moved.x_s, step.offset), (), spring.sent_j)

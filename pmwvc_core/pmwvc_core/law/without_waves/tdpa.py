@@ -21,14 +21,19 @@ observer (after Coelho et al. 2019).
 
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.motion import Body
-from pmwvc_core.law.server.contacts import Avatar, contact_force, contact_heat, offset_of, slid
-from pmwvc_core.law.server.server_port import Came, UserPort
+from pmwvc_core.law.channel.packet import Sent
+from pmwvc_core.law.server.contacts import contact_force, contact_heat, offset_of, slid
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams, Met, meet
-from pmwvc_core.params.baselines import TdpaParams
+from pmwvc_core.law.without_waves.ends import (
+    AvatarAnswer,
+    AvatarStep,
+    DeviceEnd,
+    DeviceEndParams,
+    Heard,
+    Moved,
+    avatar_moved,
+)
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
 
@@ -56,16 +61,8 @@ class TdpaDevice(NamedTuple):
     """The device's end."""
 
     force: Vector  # as last received [N]
-    held: Vector  # force on the device since the last tick [N]
     observer: Observer = Observer()
     damping: float = 0.0  # of the controller [N s/m]
-    braked: float = 0.0  # that damper in it
-
-
-def tdpa_law(params: TdpaParams, tick_s: float) -> Tdpa:
-    """Return the law for a tick [s]."""
-    kept = 1.0 / (1.0 + tick_s / params.fade_s) if params.fade_s > 0.0 else 0.0
-    return Tdpa(params.damping, params.damping_max, kept, params.drift_share)
 
 
 def informed(s: Observer, received_j: float) -> Observer:
@@ -95,26 +92,28 @@ def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndPar
     """Book the work of the force held until here; the local damper is not the link's."""
     way = minus(x, was.x)
     drag = dot(was.xd, way)
-    dissipated_j = s.braked * drag
-    given_j = dissipated_j + p.law.damping * drag - dot(s.held, way)
-    observer = observed(s.observer, given_j, dissipated_j, dissipated_j)
-    return TdpaDevice(s.force, zero(s.held), observer, s.damping, 0.0)
+    dissipated_j = s.damping * drag
+    given_j = dissipated_j + p.law.damping * drag - dot(was.f, way)
+    return s._replace(observer=observed(s.observer, given_j, dissipated_j, dissipated_j))
 
 
 @ends.device_sends.member(TdpaDevice)
-def _send(s: TdpaDevice, p: DeviceEndParams) -> tuple[TdpaDevice, float]:
-    return s, s.observer.in_j
+def _send(
+    s: TdpaDevice, end: DeviceEnd, frame_s: float, p: DeviceEndParams
+) -> tuple[TdpaDevice, Sent]:
+    return s, Sent(end.xd, end.x, s.observer.in_j, ())
 
 
-@ends.device_receives.member(TdpaDevice)
-def _receives(s: TdpaDevice, packet: Packet, received_j: float, p: DeviceEndParams) -> TdpaDevice:
-    return s._replace(observer=informed(s.observer, received_j))
+@ends.device_answer.member(TdpaDevice)
+def _answer(s: TdpaDevice, end: DeviceEnd, heard: Heard, p: DeviceEndParams) -> TdpaDevice:
+    force = zero(heard.wave) if heard.silent else heard.wave
+    return s._replace(force=force, observer=informed(s.observer, heard.received_j))
 
 
 @ends.device_force.member(TdpaDevice)
-def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
+def _force(s: TdpaDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
     """Return the force received and that of both dampers [N]."""
-    square, needed = squared(xd), 0.0
+    xd, square, needed = end.xd, squared(end.xd), 0.0
     if square > LEAST:
         excess_j = overdraft_j(s.observer, -p.tick_s * dot(s.force, xd))
         needed = min(excess_j / (p.tick_s * square), p.law.damping_max)
@@ -123,33 +122,28 @@ def _force(s: TdpaDevice, x: Vector, xd: Vector, p: DeviceEndParams) -> tuple[Td
     return s._replace(damping=damping), f
 
 
-@ends.device_applied.member(TdpaDevice)
-def _applied(s: TdpaDevice, f: Vector, p: DeviceEndParams) -> TdpaDevice:
-    return s._replace(held=f, braked=s.damping)
-
-
 @ends.controller_energies.member(Observer)
-def _of_observer(s: Observer) -> Vector:
+def _of_observer(s: Observer, p: Tdpa) -> Vector:
     return (s.dissipated_j, s.allowance_j)
 
 
 @ends.controller_energies.member(TdpaDevice)
-def _of_device(s: TdpaDevice) -> Vector:
-    return _of_observer(s.observer)
+def _of_device(s: TdpaDevice, p: Tdpa) -> Vector:
+    return _of_observer(s.observer, p)
 
 
-@meet.member(Tdpa)
-def _meet(p: Tdpa, s: UserPort, a: Avatar, came: Came, body: Body, h: float) -> Met:
+@avatar_moved.member(Tdpa)
+def _slid(p: Tdpa, kept: Observer, step: AvatarStep) -> tuple[Observer, AvatarAnswer]:
     """Arrive where the last step led, form the force, choose the velocity from here."""
-    observer = informed(s.brake, came.received_j)
-    contact, lost_j = slid(a.contact, scaled(a.xd, h))
+    observer, body, h = informed(kept, step.received_j), step.body, step.period_s
+    contact, lost_j = slid(step.contact, scaled(step.xd_s, h))
     x_s = plus(body.x, offset_of(contact))
-    rate = minus(came.wave, body.xd)
+    rate = minus(step.wave, body.xd)
     f = contact_force(contact, rate)
-    excess_j = overdraft_j(observer, h * dot(f, came.wave))
-    xd, size = plus(came.wave, scaled(minus(came.position, x_s), p.drift_share / h)), squared(f)
+    excess_j = overdraft_j(observer, h * dot(f, step.wave))
+    xd, size = plus(step.wave, scaled(minus(step.position, x_s), p.drift_share / h)), squared(f)
     if size > LEAST:  # the nearest velocity that gives out no more than may be
         xd = minus(xd, scaled(f, overdraft_j(observer, h * dot(f, xd)) / (h * size)))
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
     lost_j += h * contact_heat(contact, rate)
-    return Met(observer, xd, f, contact, lost_j, observer.in_j)
+    return observer, AvatarAnswer(Moved(x_s, xd, f, contact, lost_j), f, (), observer.in_j)

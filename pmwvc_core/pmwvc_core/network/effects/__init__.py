@@ -11,12 +11,12 @@ from dataclasses import replace
 from functools import lru_cache
 from itertools import product
 
-from pmwvc_core.errors import ParameterError, PmwvcError
+from pmwvc_core.errors import ParameterError, PmwvcError, refusal
 from pmwvc_core.network.effects.library import LIBRARY, ORDER
 from pmwvc_core.network.effects.record import Effect, LinkEffect
-from pmwvc_core.network.timeline import timeline_of
+from pmwvc_core.network.presets import timeline_of
 from pmwvc_core.params import LinkParams
-from pmwvc_core.plugins import Records
+from pmwvc_core.plugins import Records, imported
 
 __all__ = ["EFFECTS", "Effect", "LinkEffect"]
 EFFECTS: Records[LinkEffect] = Records(
@@ -47,13 +47,7 @@ def plugins_of(text: str) -> tuple[LinkEffect, ...]:
     """Return the effects of other packages that a text names; else ParameterError."""
     found = []
     for name, values in numbers_of(text).items():
-        if name not in EFFECTS.installed():
-            raise ParameterError(
-                f"effects = {text!r}: {name} is not installed; there are: "
-                f"{', '.join(EFFECTS.installed()) or 'none'}. A plug-in is a package with an "
-                f"entry point in the group {EFFECTS.plugins.group!r}"
-            )
-        record = EFFECTS.of(name)
+        record = imported(EFFECTS, name)
         if values.keys() != record.numbers.keys():
             raise ParameterError(
                 f"effects = {text!r}: {name} takes {', '.join(record.numbers) or 'no numbers'}"
@@ -102,17 +96,13 @@ def amounts(params: LinkParams) -> dict[str, str]:
 
 def conflicts(params: LinkParams) -> Iterator[str]:
     """Yield what is wrong between settings that are each right, then in the timeline."""
-    try:
-        records = active(params)
-    except ParameterError as error:
-        yield str(error)
+    if wrong := refusal(active, params):
+        yield wrong
         return
-    yield from filter(None, (record.conflict(params) for record in records))
-    try:
-        entries = timeline_of(params.schedule).entries if params.schedule else ()
-    except ParameterError:
-        return  # told by the timeline itself
-    for entry, direction in product(entries, (0, 1)):
+    yield from filter(None, (record.conflict(params) for record in active(params)))
+    if not params.schedule or refusal(timeline_of, params.schedule):
+        return  # which tells that itself
+    for entry, direction in product(timeline_of(params.schedule).entries, (0, 1)):
         try:
             check(replace(entry.applied(params, direction), schedule=""))
         except PmwvcError as error:

@@ -14,7 +14,7 @@ from pmwvc_core.network.delay_trace import recording_of
 from pmwvc_core.network.distributions import DISTRIBUTIONS, Distribution, drawn, file_conflict
 from pmwvc_core.network.draws import gilbert_loss, markov_loss
 from pmwvc_core.network.effects.record import LinkEffect
-from pmwvc_core.network.timeline import timeline_of
+from pmwvc_core.network.presets import timeline_of
 from pmwvc_core.params import LinkParams
 
 T = TypeVar("T")

@@ -10,10 +10,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pmwvc_core.errors import PLUGIN_ERRORS
-from pmwvc_core.network.in_flight import Cause, EffectFaults, Fate
+from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.params import LinkParams, Spec
-from pmwvc_core.plugins import Record
+from pmwvc_core.plugins import Faults, Record
 
 # Random numbers over [0, 1) of an effect: of a Fate and an index (0) of those of the same packet.
 Uniform = Callable[..., float]
@@ -107,6 +106,7 @@ def _fraction(value: Any) -> float | None:
     return fraction
 
 
+FAILED = object()
 # What makes an answer of each hook valid, or raises.
 HOOKS: Mapping[str, Callable[[Any], Any]] = {
     "loses": bool,
@@ -119,15 +119,12 @@ HOOKS: Mapping[str, Callable[[Any], Any]] = {
 }
 
 
-def contained(effect: Effect, name: str, hook: str, faults: EffectFaults) -> Callable[..., Any]:
+def contained(effect: Effect, name: str, hook: str, faults: Faults) -> Callable[..., Any]:
     """Return a hook of an effect that answers as if there were no effect where it fails."""
     ask, answer, without = getattr(effect, hook), HOOKS[hook], getattr(Effect, hook)
 
     def call(*arguments: Any) -> Any:
-        try:
-            return answer(ask(*arguments))
-        except PLUGIN_ERRORS as error:  # whatever a plug-in raises
-            faults.note(name, error)
-            return without(effect, *arguments)
+        found = faults.guarded(lambda: answer(ask(*arguments)), FAILED, name)
+        return without(effect, *arguments) if found is FAILED else found
 
     return call

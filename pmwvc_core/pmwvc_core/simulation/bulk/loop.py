@@ -4,25 +4,109 @@
 plan of the network says of their packets (:mod:`.plan`).
 
 The server steps; then loop and device of every user, one after the other, run up to the next step:
-they meet in packets alone. Where a frame is over, its packet leaves. What is to be known of the
-session is written into arrays (:mod:`.book`), each handed on by itself, never within a tuple: to
-take one out of a tuple costs more than a law. The state of each end stands in a list of one: as a
-variable all of it would be copied wherever branches meet.
+they meet in packets alone. Where a frame is over, its packet leaves. The arrays of a book are each
+handed on by themselves: to take one out of a tuple costs more than a law. The state of each end
+stands in a list of one: as a variable all of it would be copied wherever branches meet.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import opened
 from pmwvc_core.law.port.master import Sample, port_energies, port_signals
+from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Guest, Server, server_step
 from pmwvc_core.law.user_tick import ForceLoop, begin, receive, send, user_tick
-from pmwvc_core.law.vectors import columns, each
+from pmwvc_core.law.vectors import Vector, columns, each, squared
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
-from pmwvc_core.plant.forces import hand_force
-from pmwvc_core.plant.task import Task
-from pmwvc_core.simulation.bulk.book import Book, after, note_step, put, taken, write
+from pmwvc_core.plant.forces import Task, hand_force, offset
+
+OF_PACKET = 7  # columns behind wave, integral and position: energy, period, time, flags, echo
+
+
+class Book(NamedTuple):
+    """What a session reads and writes."""
+
+    # Packets accepted in order ``(accepted, 5)``: tick, user, number from 0, anew, lost before it.
+    up: Integers
+    down: Integers
+    packets: Array  # sent, by link ``(2 users, packets, 3 axes + OF_PACKET)``: up and down of each
+    signals: Array  # ``(users, 8, ticks, axes)``
+    blocks: Array  # ``(users, blocks, 4 + energies)``: cause, interventions, work; of the port
+    steps: Array  # of the server ``(3 + 5 users, steps, axes)``, the last of them the target
+    energies: Array  # ``(steps, 3 + 4 users + accounts)``
+    presence: Integers  # ``(steps, users)``
+
+
+def after(rows: Integers, row: int, tick: int) -> int:
+    """Return the first row behind those up to a tick."""
+    while row < len(rows) and rows[row, 0] <= tick:
+        row += 1
+    return row
+
+
+def put(values: Vector, into: Array, first: int) -> None:
+    """Write values one after the other into a row."""
+    for i in range(len(values)):
+        into[first + i] = values[i]
+
+
+def write(packet: Packet, link: int, packets: Array) -> None:
+    """Write a packet that a link carries into the row of its number."""
+    times = packet.energy_j, packet.period_s, float(packet.sent_ns)
+    flags = 1.0 * packet.short, 1.0 * packet.waits, 1.0 * packet.anew  # float() takes no flag
+    rest, into = (*times, *flags, float(packet.echo)), packets[link, packet.number - 1]
+    put(packet.wave + packet.integral + packet.position + rest, into, 0)
+
+
+def taken(
+    number: int, p: Any, way: int, rows: Integers, since: int, until: int, packets: Array,
+    empty: list[Packet], axes: tuple[int, ...],
+) -> tuple[list[Packet], bool]:  # fmt: skip
+    """Return a user's packets among rows accepted now, and whether the end takes them (its p)."""
+    found, fit, n, link = empty.copy(), True, len(axes), 2 * number + way
+    for row in range(since, until):
+        if rows[row, 1] == number:
+            k = rows[row, 2]
+            wave = each(_element, (axes,), packets, link, k, 0)
+            integral = each(_element, (axes,), packets, link, k, n)
+            position = each(_element, (axes,), packets, link, k, 2 * n)
+            fit = fit and squared(wave) <= p.arrivals.longest**2  # not so where it is no number
+            found.append(Packet(
+                k + 1, int(packets[link, k, 3 * n + 2]), packets[link, k, 3 * n + 1], wave,
+                integral, packets[link, k, 3 * n], position, packets[link, k, 3 * n + 3] != 0.0,
+                packets[link, k, 3 * n + 4] != 0.0, packets[link, k, 3 * n + 5] != 0.0, False, (),
+                int(packets[link, k, 3 * n + 6]), rows[row, 3] != 0, rows[row, 4], 0,
+            ))  # fmt: skip
+    return found, fit
+
+
+def _element(axis: int, packets: Array, link: int, row: int, first: int) -> float:
+    return float(packets[link, row, first + axis])
+
+
+def note_step(
+    server: Server, row: int, p: Any, task: Task, steps: Array, energies: Array, presence: Integers
+) -> None:
+    """Note a step of the server."""
+    at, users = server.environment, len(server.environment.ports)
+    counted = environment_energies(p.environment, at)
+    put(counted[:2], energies[row], 0)
+    put(counted[2:], energies[row], 3 + 4 * users)
+    energies[row, 2] = at.dissipated_j
+    target = offset(max(server.task_s, 0.0) if server.task_s < math.inf else 0.0, task)
+    put(target, steps[len(steps) - 1, row], 0)
+    put(at.body.x, steps[0, row], 0)
+    put(at.body.xd, steps[1, row], 0)
+    for k in range(users):
+        port, seen, first = at.ports[k], port_shown(p.environment, at, k), 2 + 5 * k
+        presence[row, k] = server.guests[k].presence
+        put((port.u_j, port.v_j, 1.0 * seen.touches, seen.learned), energies[row], 3 + 4 * k)
+        signals = port.x_s, port.avatar.xd, port.avatar.f, port.avatar.u, seen.v_s
+        for i in range(len(signals)):
+            put(signals[i], steps[first + i, row], 0)
 
 
 class UserRun(NamedTuple):
@@ -44,9 +128,7 @@ class EndParams(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Ticks of the session, their length, the server's steps in ticks; numbers of the users and of
-    the axes: 0, 1 ...
-    """
+    """Ticks, their length, the server's steps in ticks; numbers of users and axes: 0, 1 ..."""
 
     ticks: int
     tick_ns: int
@@ -62,7 +144,6 @@ def session(
     """Run a session; tell whether all went by the plan."""
     up, down, packets, signals = book.up, book.down, book.packets, book.signals
     blocks, steps, energies, presence = book.blocks, book.steps, book.energies, book.presence
-    axes = clock.axes
     empty = [ends[0].user.newest]
     empty.pop()
     guests = each(_opened_guest, (server.guests,))
@@ -72,27 +153,21 @@ def session(
     while tick < clock.ticks:
         since, taken_up = taken_up, after(up, taken_up, tick)
         came, fit = columns(
-            each(taken, (clock.users, p.guests), 0, up, since, taken_up, packets, empty, axes)
+            each(
+                taken, (clock.users, p.guests), 0, up, since, taken_up, packets, empty, clock.axes
+            )
         )
-        if not all_of(fit):
+        if False in fit:
             return False
         serves[0], answers = server_step(serves[0], tick * clock.tick_ns, came, 0.0, p)
         each(_posted, (answers, clock.users), packets)
         note_step(serves[0], step, p, task, steps, energies, presence)
         fit = each(_ran, (runs, users, clock.users), tick, clock, empty, down, packets, signals,
                    blocks)  # fmt: skip
-        if not all_of(fit):
+        if False in fit:
             return False
         tick, step = tick + clock.period_ticks, step + 1
     return True
-
-
-def all_of(flags: tuple[bool, ...]) -> bool:
-    """Tell whether all of them are set."""
-    every = True
-    for i in range(len(flags)):
-        every = every and flags[i]
-    return every
 
 
 def _opened_end(s: UserRun, p: EndParams, number: int, packets: Array) -> list[UserRun]:
@@ -129,9 +204,7 @@ def _ran(
     at: list[UserRun], p: EndParams, number: int, begin_tick: int, clock: Clock,
     empty: list[Packet], down: Integers, packets: Array, signals: Array, blocks: Array,
 ) -> bool:  # fmt: skip
-    """Run a user's loop and device up to the next step of the server; tell whether its packets
-    were fit.
-    """
+    """Run a user up to the next step of the server; tell whether its packets were fit."""
     for tick in range(begin_tick, min(begin_tick + clock.period_ticks, clock.ticks)):
         now_ns, last = tick * clock.tick_ns, tick + 1 == clock.ticks
         taken_down = at[0].taken

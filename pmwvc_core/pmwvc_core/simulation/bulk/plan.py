@@ -19,7 +19,7 @@ from pmwvc_core.network.effects import is_random
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.links import SimulatedLink
+from pmwvc_core.simulation.conditions import SimulatedLink
 from pmwvc_core.transport.packet import Receipt, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
@@ -44,7 +44,7 @@ class Network(NamedTuple):
 @dataclasses.dataclass(frozen=True, eq=False)
 class Plan:
     """The links of every user after the session, with packets of nothing; what was accepted at
-    their ends (as a :class:`.book.Book` has it); when the server and the masters looked [ns].
+    their ends (as a :class:`.loop.Book` has it); when the server and the masters looked [ns].
     """
 
     up: list[SimulatedLink]

@@ -11,6 +11,7 @@ import hashlib
 import logging
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,13 +21,12 @@ from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import made_user
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import resting_device, simulated_params
+from pmwvc_core.plant.forces import task_of
 from pmwvc_core.plant.hands import make_hand
-from pmwvc_core.plant.task import task_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
-from pmwvc_core.simulation.bulk.book import OF_PACKET, Book
-from pmwvc_core.simulation.bulk.loop import Clock, EndParams, UserRun, session
+from pmwvc_core.simulation.bulk.loop import OF_PACKET, Book, Clock, EndParams, UserRun, session
 from pmwvc_core.simulation.bulk.plan import Network, Plan, network_of, plan_of
 from pmwvc_core.simulation.conditions import place_of
 
@@ -107,7 +107,7 @@ def _book(scenario: Scenario, network: Network, plan: Plan) -> Book:
 
 
 def empty_steps(scenario: Scenario, steps: int) -> tuple[Array, Array, Integers]:
-    """Return the arrays of a :class:`.book.Book` for so many steps of the server."""
+    """Return the arrays of a :class:`.loop.Book` for so many steps of the server."""
     users, kept = len(scenario.users), len(record_of(scenario.controller).accounts)
     return (
         np.zeros((3 + 5 * users, steps, scenario.dof)),
@@ -118,19 +118,26 @@ def empty_steps(scenario: Scenario, steps: int) -> tuple[Array, Array, Integers]
 
 def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     """Return the compiled loop for each session that is worth it, in their order; else None."""
+    loops: list[Callable[..., bool] | None] = [None] * len(scenarios)
     fit = [i for i, scenario in enumerate(scenarios) if can_run(scenario)]
-    if sum(_takes_s(scenarios[i]) for i in fit) < LOADING_S or find_spec("numba") is None:
-        fit = []
+    if _take_s([scenarios[i] for i in fit]) <= LOADING_S or find_spec("numba") is None:
+        return loops
+    from pmwvc_core.compiled import compiled, kept_in  # Numba takes its time to load
+
+    try:
+        loop, folder = compiled(session, kept=True), kept_in()
+    except (OSError, RuntimeError) as error:  # no home, or one that cannot be written
+        LOG.warning("sessions are not compiled: %s", error)
+        return loops
     kinds: dict[str, list[int]] = {}
     for i in fit:
         kinds.setdefault(_types(prepared(scenarios[i])[0]), []).append(i)
-    worth = {
-        i
-        for kind, members in kinds.items()
-        if _is_worth_it(kind, [scenarios[i] for i in members])
-        for i in members
-    }
-    return [_loop() if i in worth else None for i in range(len(scenarios))]
+    for kind, members in kinds.items():
+        mark = folder / hashlib.sha256(kind.encode()).hexdigest()[:16]
+        if _is_worth_it([scenarios[i] for i in members], loop, mark):
+            for i in members:
+                loops[i] = loop
+    return loops
 
 
 def _types(value: Any) -> str:
@@ -140,31 +147,18 @@ def _types(value: Any) -> str:
     return type(value).__name__
 
 
-def _takes_s(scenario: Scenario) -> float:
-    """Return about how long a session takes interpreted [s]."""
-    return scenario.duration_s / scenario.tick_s * len(scenario.users) * TICK_S
+def _take_s(scenarios: Sequence[Scenario]) -> float:
+    """Return about how long sessions take interpreted [s]."""
+    ticks = [each.duration_s / each.tick_s * len(each.users) for each in scenarios]
+    return sum(ticks) * TICK_S
 
 
-def _loop() -> Callable[..., bool]:
-    from pmwvc_core.compiled import compiled  # Numba takes its time to load
-
-    return compiled(session, kept=True)  # type: ignore[no-any-return]
-
-
-def _is_worth_it(kind: str, members: Sequence[Scenario]) -> bool:
-    from pmwvc_core.compiled import kept_in
-
-    takes_s = sum(map(_takes_s, members))
-    if takes_s <= LOADING_S:
+def _is_worth_it(members: Sequence[Scenario], loop: Callable[..., bool], mark: Path) -> bool:
+    """Compile a kind where that takes less time than it saves; ``mark`` tells that it is kept."""
+    if (takes_s := _take_s(members)) <= LOADING_S:
         return False
-    try:
-        mark = kept_in() / hashlib.sha256(kind.encode()).hexdigest()[:16]
-    except (OSError, RuntimeError) as error:  # no home, or one that cannot be written
-        LOG.warning("sessions are not compiled: %s", error)
-        return False
-    if mark.exists() or takes_s <= COMPILING_S:
-        return mark.exists()
-    LOG.warning("compiling the laws of this kind of session: half a minute, once")
-    run(members[0], _loop())
-    mark.touch()
-    return True
+    if not mark.exists() and takes_s > COMPILING_S:
+        LOG.warning("compiling the laws of this kind of session: half a minute, once")
+        run(members[0], loop)
+        mark.touch()
+    return mark.exists()

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison on disk: tables for programs, traces for other tools.
+"""A comparison on disk: tables for programs, traces for other tools, a page for people.
 
 ``comparison.json`` and ``.csv`` hold a row per session, ``comparison.npz`` and ``.mat`` the traces
-of all of them (``s1_user1_x_m``, ``s1_server_x_o``...). The report is written in ``report``.
+of all of them (``s1_user1_x_m``, ``s1_server_x_o``...); ``comparison.html`` is self-contained, the
+table first.
 """
 
 import csv
@@ -13,24 +14,44 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.arrays import write_arrays
+from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Compared, measured
 from pmwvc_analysis.compare.settings import parameters_of
+from pmwvc_analysis.figures.comparison_charts import draw_all
 from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.numeric import Array
 
 JSON, TABLE = "comparison.json", "comparison.csv"
+PAGE, TEMPLATE = "comparison.html", "comparison_template.html"
 OF_USER = ("time_s", "x_m", "xd_m", "f_h", "f_m", "f_applied")
 OF_SERVER = ("time_s", "x_o", "xd_o", "target")
+COLUMNS = (  # measure, heading of the report and of a terminal (empty: not there), factor
+    ("k_max", "largest stable stiffness [N/m]", "K max [N/m]", 1.0),
+    ("k_felt", "rendered stiffness [N/m]", "rendered [N/m]", 1.0),
+    ("first_peak_hz", "first resonance [Hz]", "peak [Hz]", 1.0),
+    ("mass_free_kg", "mass in free space [kg]", "free [kg]", 1.0),
+    ("damping_free_n_s_m", "damping in free space [N s/m]", "free [N s/m]", 1.0),
+    ("coherency_rms_m", "offset of the device from its avatar, RMS [mm]", "offset [mm]", 1e3),
+    ("force_error_rms_n", "force error, RMS [N]", "force err [N]", 1.0),
+    ("energy_min_j", "lowest energy balance of a port [mJ]", "balance [mJ]", 1e3),
+    ("force_noise_n", "force noise, RMS [mN]", "noise [mN]", 1e3),
+    ("force_peak_n", "largest force [N]", "", 1.0),
+    ("force_step_max_n", "largest change of force in 1 ms [N]", "step [N]", 1.0),
+    ("force_least_n", "least force while pressing [N]", "", 1.0),
+    ("dropout_s", "force below half of the undisturbed one [ms]", "dropout [ms]", 1e3),
+    ("left_out", "packets left out by a deadband [%]", "left out [%]", 100.0),
+)
 
 
-def write_tables(
-    folder: Path, title: str, entries: Sequence[Compared], about: dict[str, Any]
+def write(
+    folder: Path, title: str, entries: Sequence[Compared], about: dict[str, Any], *, figures: bool
 ) -> dict[str, Any]:
-    """Write tables and traces into a folder and return the content of ``comparison.json``, of
-    which ``about`` are further keys: ``kind``; ``notes``, a list of sentences for the report.
-    RecordingError where the folder cannot be written into.
+    """Write tables, traces and, with ``figures``, pictures and page; return the content of
+    ``comparison.json``, of which ``about`` are further keys: ``kind``; ``notes``, a list of
+    sentences for the report. RecordingError where the folder cannot be written into.
     """
     about = {**about, "conclusion": conclusion(entries) if about["kind"] == "comparison" else []}
     result = {"title": title, **about, "sessions": [row(entry) for entry in entries]}
@@ -39,7 +60,26 @@ def write_tables(
         (folder / JSON).write_text(text + "\n", encoding="utf-8")
         _write_table(folder / TABLE, entries)
         _write_arrays(folder, entries)
+        if figures:
+            drawn = draw_all(entries, folder / "plots")
+            (folder / PAGE).write_text(render(title, entries, result, drawn), encoding="utf-8")
     return result
+
+
+def render(
+    title: str, entries: Sequence[Compared], about: dict[str, Any],
+    figures: Sequence[tuple[Chart, Path]],
+) -> str:  # fmt: skip
+    """Return the report as HTML."""
+    return filled(
+        TEMPLATE,
+        title=title,
+        about=about,
+        entries=entries,
+        settings=[(e.label, parameters_of(e.scenario), e.tuning) for e in entries],
+        columns=[(name, heading, factor) for name, heading, _, factor in COLUMNS],
+        figures=[(chart, data_uri(path)) for chart, path in figures],
+    )
 
 
 def row(entry: Compared) -> dict[str, Any]:
@@ -51,19 +91,17 @@ def row(entry: Compared) -> dict[str, Any]:
         "settings": entry.settings,
         "parameters": parameters_of(entry.scenario),
         "tuning": entry.tuning,
-        **{name: entry.measures[name] for name in MEASURES},
+        **entry.measures,
     }
 
 
 def _write_table(path: Path, entries: Sequence[Compared]) -> None:
     names = list(dict.fromkeys(name for entry in entries for name in entry.settings))
+    columns = ["label", "source", *names, *MEASURES]
     with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, ["label", "source", *names, *MEASURES])
+        table = csv.DictWriter(stream, columns, extrasaction="ignore")
         table.writeheader()
-        for entry in entries:
-            numbers = {name: entry.measures[name] for name in MEASURES}
-            about = {"label": entry.label, "source": entry.traces.source}
-            table.writerow(about | entry.settings | numbers)
+        table.writerows(row(entry) | entry.settings for entry in entries)
 
 
 def _write_arrays(folder: Path, entries: Sequence[Compared]) -> None:

@@ -28,6 +28,8 @@ RECEPTION = "pmwvc_msgs/msg/Reception"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 POINT = "geometry_msgs/msg/PointStamped"
 FLAG = "std_msgs/msg/Bool"
+MARKERS = "visualization_msgs/msg/MarkerArray"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE, RECEPTION)
 
 _SEPARATOR = "=" * 80
@@ -39,7 +41,7 @@ def _own_text(type_name: str) -> str:
     prefixes = [each for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
     package, name = type_name.split("/msg/")
     shares = [Path(each, "share") for each in (*prefixes, sys.prefix, *map(str, here.parents))]
-    for folder in (here.parents[4], *shares):
+    for folder in (here.parents[3], *shares):
         if (path := folder / package / "msg" / f"{name}.msg").is_file():
             return path.read_text(encoding="utf-8")
     why = "neither a source tree nor a share folder of a built workspace holds it"

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers as people write them, in terminals, reports, tables and pages."""
+"""Numbers and lists of things as people write them: in sentences, tables and pages."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
@@ -42,3 +43,15 @@ def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:
             return "0"
         return f"{number:.0f}" if abs(number) >= 10**digits else f"{number:.{digits}g}"
     return str(value)
+
+
+def count(number: int, thing: str) -> str:
+    """Return a number of things: ``1 user``, ``2 users``."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def listed(texts: Sequence[str], last: str = "and") -> str:
+    """Return texts as a list in a sentence: ``a``, ``a and b``, ``a, b and c``."""
+    if len(texts) < 2:
+        return "".join(texts)
+    return f"{', '.join(texts[:-1])} {last} {texts[-1]}"
