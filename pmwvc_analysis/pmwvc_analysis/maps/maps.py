@@ -161,9 +161,9 @@ def compute(
 def batch(grid: Grid, points: Points) -> Array:
     """Return the spectral radii of some points of a map."""
     rows, columns = (each.tolist() for each in np.unravel_index(np.array(points), grid.shape))
-    along = {i: with_value(grid.scenario, grid.x.name, grid.x.values[i]) for i in set(columns)}
-    pairs = ((along[i], grid.y.values[row]) for row, i in zip(rows, columns, strict=True))
-    return radii(*(with_value(of, grid.y.name, value) for of, value in pairs), live=grid.live)
+    along = {row: with_value(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows)}
+    pairs = ((along[row], grid.x.values[i]) for row, i in zip(rows, columns, strict=True))
+    return radii(*(with_value(of, grid.x.name, value) for of, value in pairs), live=grid.live)
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:

@@ -24,6 +24,7 @@ import numpy as np
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.loop import LinearLoop, System, held, put_in
 from pmwvc_analysis.models.response import placed, reduced
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex, Flags, Integers
 
@@ -84,7 +85,8 @@ class Long:
     @property
     def limits(self) -> list[float]:
         """ln(radius) of every run beyond which it grows."""
-        return [DOUBLE if each.at_one > 1 else ROUNDING for each in self.loci]
+        read = not has_waves(self.loop.scenario.controller)  # positions, too
+        return [DOUBLE if read and each.at_one > 1 else ROUNDING for each in self.loci]
 
     def radii(self) -> Array:
         """Return every run's spectral radius over the hyperperiod, 1 where rounding hides more."""
