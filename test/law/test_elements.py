@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from support import linear_loops
 
-from pmwvc_analysis.models import elements, loop
+from pmwvc_analysis.models import elements
 from pmwvc_analysis.models.elements import UnlikeError, as_columns, leaves, lifted, stacked
+from pmwvc_analysis.models.ends import PerturbedUser, Slot
+from pmwvc_analysis.models.matrices import ends_of
 
 COUNT, TICKS = 5, 240
 ENDS = [
@@ -25,35 +27,46 @@ ENDS = [
 ]
 
 
-def pushed(scenario, forces, *, edges):
-    """Return the numbers of both ends under forces ``(ticks, users, elements)`` with friction,
-    stops and limits that some of the elements reach: these decide otherwise than the rest.
+def pushed(scenario, forces, *, edges, of=lifted):
+    """Return the numbers of all ends under forces ``(ticks, users, elements)``, and as large waves
+    in the packets, with friction, stops and limits that some of the elements reach: these decide
+    otherwise than the rest.
     """
-    made = loop.LinearLoop(scenario)
     limits = {"max_force": 2.0, "slew": 0.6, "damper_velocity": 0.15, "fault_velocity": 3.0}
-    loops, devices = list(made.p.loops), list(made.p.devices)
-    for i in range(len(loops)):
-        if edges:
-            loops[i] = loops[i]._replace(limits=loops[i].limits._replace(**limits))
-        devices[i] = devices[i]._replace(friction=0.05, reach_m=0.03)
-    made.p = made.p._replace(loops=tuple(loops), devices=tuple(devices))
-    for tick, row in enumerate(forces):
-        made.advance(tick, [(elements.elements(f) if len(f) > 1 else float(f[0]),) for f in row])
-    return leaves(made.s)
+    numbers = {}
+
+    def vector(values):
+        return (elements.elements(values) if len(values) > 1 else float(values[0]),)
+
+    for (kind, *given), runs in ends_of([scenario], False):
+        end = kind(runs, *given)
+        if kind is PerturbedUser:
+            p, device = end.p
+            p = p._replace(limits=p.limits._replace(**limits)) if edges else p
+            end.p = p, device._replace(friction=0.05, reach_m=0.03)
+        _, *others = end.nothing
+        came = {
+            Slot(way, packet): (vector(0.1 * row[way]), *others)
+            for packet, row in enumerate(forces)
+            for way in range(len(end.ways))
+        }
+        for tick, row in enumerate(forces):
+            end.step(tick, came, vector(row[0]), of)
+        numbers |= {(end.name, *path): value for path, value in leaves(end.s).items()}
+    return numbers
 
 
 @pytest.mark.parametrize("values", ENDS)
 @pytest.mark.parametrize("edges", [False, True])
-def test_elements_together_are_those_alone(monkeypatch, values, edges):
+def test_elements_together_are_those_alone(values, edges):
     scenario = linear_loops.scenario(**values)
     rng = np.random.default_rng(len(values) + edges)
     strength = np.array([0.0, 0.2, 1.0, 4.0, -3.0])
     steps = rng.choice([-1.0, 0.0, 1.0], (TICKS // 20, len(scenario.users), COUNT))
     forces = np.repeat(steps, 20, axis=0) * strength
     together = pushed(scenario, forces, edges=edges)
-    monkeypatch.setattr(loop, "LIFTED", loop.AT_REST)
     for one in range(COUNT):
-        alone = pushed(scenario, forces[..., one : one + 1], edges=edges)
+        alone = pushed(scenario, forces[..., one : one + 1], edges=edges, of=lambda law: law)
         assert alone.keys() == together.keys()
         for path, value in alone.items():
             found = as_columns(together[path], 1, COUNT)[0] if np.ndim(together[path]) else None

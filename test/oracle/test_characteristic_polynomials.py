@@ -87,17 +87,6 @@ def test_the_exact_model_has_the_roots_of_our_polynomial(case, alpha, beta, sigm
     )
 
 
-@given(st.lists(st.integers(-9, 9), min_size=2, max_size=6).filter(lambda a: a[0] != 0))
-def test_jury_marden_agrees_with_the_roots(coefficients):
-    roots = np.abs(np.roots(coefficients))
-    largest = roots.max() if len(roots) else 0.0
-    exact = [Fraction(c) for c in coefficients]
-    if abs(largest - 1.0) > 1e-3:
-        assert jury_marden(exact) is bool(largest < 1.0)
-        arrays = [np.array([float(c)]) for c in coefficients]
-        assert bool(jury_marden(arrays)[0]) is bool(largest < 1.0)
-
-
 def stable_share(of, case, sigma):
     alpha, beta = np.meshgrid(np.linspace(0.02, 2.0, 60), np.linspace(0.02, 1.9, 60))
     return np.mean(jury_marden(of(case, alpha, beta, sigma + 0.0 * alpha)))

@@ -10,7 +10,6 @@ from support import linear_loops
 
 from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.any_delay import any_delay
-from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
@@ -94,14 +93,6 @@ def test_users_with_other_matrices_at_their_ends_keep_the_object_in_balance():
     )
     assert drift[0] / drift[1] > 1.9
     assert stays[0] / stays[1] == pytest.approx(1.0, abs=1e-3)
-
-
-def test_without_waves_a_matrix_couples_nothing():
-    scenario = coupled(controller="direct", server__period_s=0.001, master__rate_drop=1)
-    assert axes_of(scenario) == 1
-    one = linear_loops.scenario(controller="direct", server__period_s=0.001, master__rate_drop=1)
-    both = [transparency(each, HERTZ, axis=a) for each, a in ((scenario, 1), (one, 0))]
-    np.testing.assert_array_equal(both[0].admittance, both[1].admittance)
 
 
 def test_a_matrix_is_predicted_by_its_own_model():

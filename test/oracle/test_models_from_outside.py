@@ -15,14 +15,16 @@ from support.lab import offer, source_of
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.any_delay import any_delay
-from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import AMPLITUDE, NonlinearError
-from pmwvc_analysis.models.linearize import build, spectral_radius
+from pmwvc_analysis.models.linearize import build
+from pmwvc_analysis.models.matrices import ends_of
+from pmwvc_analysis.models.response import Response
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_core import plugins
 from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.controllers.plugged import DeviceAnswer
+from pmwvc_core.law.server import contacts
 from pmwvc_core.law.server.contacts import couple
 from pmwvc_core.law.server.coupling import OneStepDelay
 from pmwvc_core.law.vectors import minus, plus, scaled
@@ -72,11 +74,6 @@ def dead(s, wave):
     return s._replace(v=wave if abs(wave[0]) > 1e-3 else scaled(wave, 0.0))
 
 
-def clipped(s, wave):
-    """Take no wave above a milliwatt."""
-    return s._replace(v=(min(max(wave[0], -1e-3), 1e-3),))
-
-
 def fading(s, wave):
     """Take less of every wave than of the one before."""
     return s._replace(v=scaled(wave, s.gain), gain=0.99 * s.gain)
@@ -87,7 +84,7 @@ def branching(s, wave):
     return s._replace(v=wave if wave[0] > 0.0 else scaled(wave, 0.5))
 
 
-ENDS = {law.__name__: law for law in (soft, hidden, dead, clipped, fading, branching)}
+ENDS = {law.__name__: law for law in (soft, hidden, dead, fading, branching)}
 MEANS = {}
 
 
@@ -101,12 +98,6 @@ class Failing(NamedTuple):
     """Fails in every step."""
 
     none: int = 0
-
-
-class Ordered(NamedTuple):
-    """Softens the force of every user but the first."""
-
-    h: float
 
 
 @couple.member(Remembering)
@@ -124,11 +115,21 @@ def failing(p, avatars, body, law):
     raise ZeroDivisionError("no mass")
 
 
-@couple.member(Ordered)
-def ordered(p, avatars, body, law):
-    first, *others = avatars
-    softer = (first, *(a._replace(f=scaled(a.f, 0.5)) for a in others))
-    return couple(OneStepDelay(0.0, p.h), softer, body, law)
+class ByModule(NamedTuple):
+    """Avatars that stand where they are; moved by a function of a module of the library."""
+
+    h: float
+
+
+@couple.member(ByModule)
+def by_module(p, avatars, body, law):
+    after, body, lost_j, settled = couple(OneStepDelay(0.0, p.h), avatars, body, law)
+    moved = []
+    for a in after:
+        contact, more_j = contacts.slid(a.contact, scaled(a.f, -1e-6))
+        moved.append(a._replace(contact=contact))
+        lost_j += more_j
+    return tuple(moved), body, lost_j, settled
 
 
 def controller(name):
@@ -159,7 +160,7 @@ def lab():
         "averaged": examples["AVERAGED"],
         "remembering": coupling("remembering", lambda old_s, new_s: Remembering()),
         "failing": coupling("failing", lambda old_s, new_s: Failing()),
-        "ordered": coupling("ordered", lambda old_s, new_s: Ordered(old_s + new_s)),
+        "by_module": coupling("by_module", lambda old_s, new_s: ByModule(old_s + new_s)),
     }
     with pytest.MonkeyPatch.context() as patch:
         points = offer(patch, group, "lab_ends", {name: controller(name) for name in ENDS})
@@ -179,13 +180,15 @@ def forgotten():
 @given(scenarios())
 def test_the_library_passes_what_code_from_outside_has_to(scenario):
     """Two hyperperiods are the model applied twice, and it is the same at a real amplitude."""
-    once, _ = Hyperperiod(scenario).around()
-    twice, _ = Hyperperiod(scenario).around(rounds=2)
-    large, _ = Hyperperiod(scenario).around(one=AMPLITUDE)
-    states = once.shape[1]
-    square = once[..., :states] @ once[..., :states]
-    assert np.abs(square - twice[..., :states]).max() < 1e-12 * np.abs(square).max()
-    assert np.abs(large - once).max() < 1e-12 * np.abs(once).max()
+    for (kind, *given_), of in ends_of([scenario], False):
+        response = Response(kind(of, *given_))
+        n, once = len(response.matrix().states), response.matrix().matrix
+        twice = response.matrix(rounds=2).matrix[:, :n]
+        large = response.matrix(one=AMPLITUDE).matrix
+        square = once[:, :n, :n] @ once[:, :n]
+        square[:, :, n:] += once[:, :n, n:]
+        assert np.abs(square - twice).max() < 1e-12 * np.abs(square).max()
+        assert np.abs(large - once).max() < 1e-12 * np.abs(once).max()
 
 
 def with_(scenario, *, controller="pmwvc", coupling=None):
@@ -220,40 +223,12 @@ def test_the_models_are_their_own_and_not_those_of_the_library():
         assert compare(other, model=build(own)) > 1e-3
 
 
-@pytest.mark.parametrize("period_s", [0.004, 0.012])
-def test_there_is_a_model_on_the_strict_channel_at_unequal_rates(period_s):
-    values = {"link__delay_s": 0.008, "channel": "strict", "server__period_s": period_s}
-    radii = stability.radii(with_(linear_loops.scenario(**values), coupling="averaged"))
-    assert 0.5 < radii[0] < 1.5
-
-
-def growth(scenario, ticks=4000):
-    """Return how much larger the forces of a pushed loop are at the end than halfway."""
-    force = np.zeros((2, ticks))
-    force[0, :50] = 1.0
-    traces = linear_loops.simulated(scenario, force)
-    pulls = np.abs(np.stack([user.f_m[-ticks:, 0] for user in traces.users]))
-    half = ticks // 2
-    return float(pulls[:, -400:].max() / pulls[:, half - 400 : half].max())
-
-
-def test_the_largest_stable_stiffness_separates_what_decays_from_what_grows():
-    base = with_(linear_loops.scenario(link__delay_s=0.016), coupling="averaged")
-    limit = stability.k_max(base).first
-    assert limit is not None
-    for factor, grows in ((0.9, False), (1.1, True)):
-        settings = {"server__contact_stiffness": factor * limit}
-        near = linear_loops.scenario(link__delay_s=0.016, **settings)
-        assert (growth(with_(near, coupling="averaged")) > 1.0) is grows
-
-
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
         ("hidden", "controller = hidden: two hyperperiods .* state elsewhere|not perturbed"),
         ("fading", "controller = fading: two hyperperiods .* or changes with time"),
         ("dead", "controller = dead: not linear|superposition does not hold"),
-        ("clipped", "controller = clipped: not linear|superposition does not hold"),
         ("branching", "controller = branching: not linear|superposition does not hold"),
     ],
 )
@@ -277,12 +252,9 @@ def test_a_coupling_whose_model_would_be_wrong_has_none(name, reason):
         stability.radii(scenario)
 
 
-def test_a_coupling_may_treat_equal_users_differently():
-    """The library's may not: its equal users are one problem with a weight."""
-    scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling="ordered")
-    whole = build(scenario)
-    assert compare(scenario, model=whole) < 1e-9
-    assert stability.radii(scenario)[0] == pytest.approx(spectral_radius(whole), rel=1e-9)
+def test_a_law_may_name_the_modules_of_the_library():
+    scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling="by_module")
+    assert compare(scenario) < 1e-9
 
 
 def test_nothing_is_proved_of_code_from_another_package():

@@ -96,7 +96,7 @@ def compare(scenario, *, model=None, live=False, before=lambda batch: None):
     """
     model = model or build(scenario, live=live)
     rng = np.random.default_rng(5)
-    given_forces = rng.normal(size=(len(model.loop.lines), TICKS))
+    given_forces = rng.normal(size=(len(model.scenario.users), TICKS))
     traces = linear_loops.simulated(scenario, given_forces, live=live, before=before)
     # Before, all is at rest. Hands begin when they meet an answer: what they did is recorded.
     skip = linear_loops.SETTLED // model.ticks * model.ticks

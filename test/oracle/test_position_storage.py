@@ -14,8 +14,7 @@ from support.packer import Packer
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.prediction.encoder import encoder_noise_w
-from pmwvc_analysis.prediction.text import lines
+from pmwvc_analysis.prediction.text import encoder_noise_w, lines
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.params import MasterParams, PositionParams

@@ -70,9 +70,3 @@ def test_the_prediction_says_how_long_the_loan_lasts():
     # pi^2 0.04 s (2000/1250 - 1)/(2 2000 2.5) J
     assert "takes 0.024 mJ, so it lasts for about 63;" in stiffer
     assert not said(2000.0, "channel=plain")
-
-
-def test_presses_on_a_softer_wall_leave_all_of_the_loan():
-    found = pressed(Presses(500.0, press_s=PRESS_S, settings=LENT), 4.5 * PRESS_S)
-    assert found.left_j.min() > LOAN_J
-    assert found.felt_n_m == pytest.approx(500.0, rel=0.05)

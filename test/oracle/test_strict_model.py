@@ -17,11 +17,12 @@ from oracle.test_multirate_model import compare
 from support import linear_loops
 from support.laws import as_written
 
-from pmwvc_analysis.models import loop
-from pmwvc_analysis.models import opened as long_delay
+from pmwvc_analysis.models import ends
 from pmwvc_analysis.models.linearize import build
-from pmwvc_analysis.models.links import hyperperiod_ticks, line_of
+from pmwvc_analysis.models.links import hyperperiod_ticks, link_times
+from pmwvc_analysis.models.matrices import made_once
 from pmwvc_analysis.models.stability import radii
+from pmwvc_analysis.models.variation import settled_pace
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files
@@ -38,6 +39,9 @@ AROUND = (
 )
 
 
+STORE_S = 0.1  # more than a settled playout has in store
+
+
 @pytest.fixture
 def unbound(monkeypatch):
     """Give every playout energy for whatever it does, and time to play what it has in store."""
@@ -49,8 +53,11 @@ def unbound(monkeypatch):
 
 def paces_of(scenario):
     """Return the settled clocks of every user's playouts: at the server, at the device."""
-    lines = (line_of(user, scenario, (0,), live=False) for user in scenario.users)
-    return list(map(loop.settled_paces, lines))
+    times = (link_times(user, scenario, live=False) for user in scenario.users)
+    return [
+        (settled_pace(up, scenario.tick_s), settled_pace(down, scenario.tick_s))
+        for up, down, _ in times
+    ]
 
 
 def settled(scenario):
@@ -61,7 +68,7 @@ def settled(scenario):
 
     def clocked(s, pace):
         playout = s.arrivals.playout
-        stored = add(playout, zero(playout.undelivered), 0.0, loop.STORE_S)
+        stored = add(playout, zero(playout.undelivered), 0.0, STORE_S)
         return s._replace(arrivals=s.arrivals._replace(playout=stored._replace(pace=pace)))
 
     def give(batch):
@@ -125,7 +132,8 @@ def test_the_model_of_clocks_that_have_not_settled_does_not_agree(unbound, monke
     scenario = linear_loops.scenario(**values)
     before = settled(scenario)
     assert compare(scenario, model=build(scenario), before=before) < 1e-9
-    monkeypatch.setattr(loop, "settled_paces", lambda line: (RESTING_PACE, RESTING_PACE))
+    monkeypatch.setattr(ends, "settled_pace", lambda way, tick_s: RESTING_PACE)
+    made_once.cache_clear()
     assert compare(scenario, model=build(scenario), before=before) > 1e-3
 
 
@@ -156,19 +164,6 @@ def test_the_model_of_the_plain_channel_does_not_agree(unbound):
     scenario = linear_loops.scenario(channel="strict", link__delay_s=0.016)
     other = build(linear_loops.scenario(channel="plain", link__delay_s=0.016))
     assert compare(scenario, model=other, before=settled(scenario)) > 1e-3
-
-
-def test_a_long_delay_opened_and_closed_gives_the_same_radius(monkeypatch):
-    found = []
-    for most in (400, 1):
-        monkeypatch.setattr(long_delay, "LARGEST_DENSE", most)
-        monkeypatch.setattr(long_delay, "SHORT", 24 if most > 1 else 1)
-        scenario = linear_loops.scenario(
-            channel="strict", link__delay_s=0.1, device__damping=1.0, server__object_damping=1.0
-        )
-        found.append(float(np.ravel(radii(scenario))[0]))
-    assert found[0] == pytest.approx(found[1], rel=1e-6)
-    assert found[0] < 1.0
 
 
 def test_strict_renders_no_softer_than_plain_at_any_constant_delay():

@@ -53,7 +53,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_683, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_129,
+        5_074,
         3_500,
         inside(
             "pmwvc_analysis",

@@ -8,8 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
 
-from pmwvc_analysis.models.elements import as_columns, leaves, lifted, stacked
-from pmwvc_core.law.server.server_port import Came, environment_energies, environment_step
 from pmwvc_core.params import ContactParams, ServerParams
 
 stiffnesses = st.one_of(st.just(0.0), st.floats(1e-2, 1e6))
@@ -79,56 +77,6 @@ def test_the_implicit_coupling_accounts_for_every_joule_at_every_step(
         residual = stored + lost - params.period_s * (u - v)
         assert abs(residual) <= 1e-12 * throughput
         assert lost >= -1e-15 * throughput, "contacts and ground only take energy"
-
-
-def wave_came(wave):
-    return Came(tuple(wave.tolist()), (0.0,) * len(wave), False, 0.0, ())
-
-
-def step_and_energies(p, s, came):
-    """A law of what the next test compares."""
-    s = environment_step(p, s, came)
-    return s, environment_energies(p, s)
-
-
-@settings(max_examples=40)
-@given(
-    coupling=st.sampled_from(["implicit", "one_step_delay", "one_frame_late", "unwrapped"]),
-    environment=st.sampled_from(["cube", "wall"]),
-    integrator=st.sampled_from(["forward_euler", "backward_euler", "trapezoid"]),
-    contact=st.sampled_from(["bilateral", "grip"]),
-    dof=st.sampled_from([1, 3]),
-    seed=st.integers(0, 2**32 - 1),
-)
-def test_runs_together_are_the_same_as_one_by_one(
-    coupling, environment, integrator, contact, dof, seed
-):
-    rng = np.random.default_rng(seed)
-    runs, users, steps = 2, 3, 25
-    names = dict(coupling=coupling, environment=environment, integrator=integrator)
-    k, b_c = rng.uniform(0.0, 900.0, runs), rng.uniform(0.0, 9.0, runs)
-    mass, ground = rng.uniform(0.5, 5.0, runs), rng.uniform(0.0, 5.0, runs)
-    b = rng.uniform(15.0, 60.0, runs)
-    starts = rng.normal(0.0, 0.03, (users, runs, dof))
-    waves = rng.normal(0.0, 0.5, (steps, users, runs, dof))
-    alone = []
-    for run in range(runs):
-        params = ServerParams(object_mass=mass[run], object_damping=ground[run], **names)
-        touch = ContactParams(contact=contact, contact_stiffness=k[run], contact_damping=b_c[run])
-        alone.append(Users(params, [touch] * users, b=b[run], axes=dof))
-        for i in range(users):
-            alone[run].join(i, starts[i, run])
-    p, together = stacked([each.p for each in alone]), stacked([each.s for each in alone])
-    for of_users in waves:
-        came = stacked([tuple(map(wave_came, of_users[:, run])) for run in range(runs)])
-        together, energies = lifted(step_and_energies)(p, together, came)
-        found = leaves((together, energies))
-        for run, server in enumerate(alone):
-            server.step(list(of_users[:, run]))
-            own = leaves((server.s, environment_energies(server.p, server.s)))
-            assert own.keys() == found.keys()
-            many = [as_columns(value, 1, runs)[0, run] for value in found.values()]
-            np.testing.assert_allclose(many, list(own.values()), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("coupling", ["one_step_delay", "one_frame_late", "unwrapped"])

@@ -12,6 +12,8 @@ import math
 
 import numpy as np
 
+from pmwvc_analysis.models.loop import held
+from pmwvc_analysis.models.response import OUTPUTS
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.frame import LIVE
 from pmwvc_core.law.port.counts import resting_counts
@@ -106,15 +108,17 @@ def modelled(model, forces):
     """Return x, xd and f by the model, from rest under the given forces; all of them
     ``(users, ticks)``, or ``(users, ticks, dof)``.
     """
-    users, ticks, axes = len(model.loop.lines), model.ticks, forces.shape[2:]
+    users, ticks, axes = len(model.scenario.users), model.ticks, forces.shape[2:]
+    whole = held(model, model.delays > 0)
+    n, matrix = len(whole.states), whole.matrix[0]
     frames = -(-forces.shape[1] // ticks)
     padded = np.zeros((users, frames * ticks, *axes))
     padded[:, : forces.shape[1]] = forces
-    state, found = np.zeros(len(model.states)), {name: [] for name in model.outputs}
+    state, read = np.zeros(n), []
     for frame in range(frames):
         f = padded[:, frame * ticks : (frame + 1) * ticks].ravel()
-        for name, output in model.outputs.items():
-            y = output.state @ state + output.through @ f
-            found[name].append(y.reshape(users, ticks, *axes))
-        state = model.transition @ state + model.inputs @ f
-    return {name: np.concatenate(y, axis=1)[:, : forces.shape[1]] for name, y in found.items()}
+        after = matrix @ np.concatenate([state, f])
+        state = after[:n]
+        read.append(after[n + whole.sent :].reshape(users, len(OUTPUTS), ticks, *axes))
+    found = np.concatenate(read, axis=2)[:, :, : forces.shape[1]]
+    return {name: found[:, place] for place, name in enumerate(OUTPUTS)}

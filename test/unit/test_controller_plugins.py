@@ -17,7 +17,6 @@ from pmwvc_core import plugins
 from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import CHANNELS
 from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
-from pmwvc_core.params import BaselineParams
 from pmwvc_core.scenario.reader import parse_scenario
 
 
@@ -131,11 +130,6 @@ def scenario(controller, *, channel="plain", **server):
     return parse_scenario(values | {"channel": channel, "server": server})
 
 
-def test_the_library_goes_before_a_plug_in_of_the_same_name(lab):
-    assert library.record_of("pmwvc") is library.LIBRARY["pmwvc"]
-    assert library.names().count("pmwvc") == 1
-
-
 @pytest.mark.parametrize("channel", CHANNELS)
 @pytest.mark.parametrize(
     ("name", "text"),
@@ -149,13 +143,6 @@ def test_the_library_goes_before_a_plug_in_of_the_same_name(lab):
 def test_a_broken_plug_in_is_refused_with_the_reason(lab, name, text, channel):
     with pytest.raises(ScenarioError, match=rf"controller = '{name}'.*{text}"):
         scenario(name, channel=channel)
-
-
-def test_an_unknown_name_is_answered_with_what_is_there(lab):
-    with pytest.raises(ScenarioError, match=r"'moon': must be one of pmwvc, .*pspm.*near"):
-        scenario("moon")
-    with pytest.raises(ParameterError, match=r"'moon': not installed.*'pmwvc\.controllers'"):
-        library.record_of("moon")
 
 
 def test_a_controller_without_a_linear_relative_is_predicted_in_words_only(lab):
@@ -183,8 +170,3 @@ def test_a_record_refuses_properties_that_contradict_one_another():
         dataclasses.replace(direct.coupling, object_motion="flying")
     with pytest.raises(ParameterError, match=r"avatar = None: .*needs both laws"):
         dataclasses.replace(direct, device=lambda s, tick, p: (s, None))
-
-
-def test_a_rule_is_for_the_parameters_in_the_group_of_its_controller():
-    ruled = {name for name, record in library.LIBRARY.items() if record.rule}
-    assert ruled <= vars(BaselineParams()).keys()

@@ -127,15 +127,6 @@ def test_without_dask_the_message_names_the_remedy(monkeypatch):
         compute(grid(), dask="tcp://127.0.0.1:1")
 
 
-def test_a_dask_cluster_without_a_worker_is_reported():
-    distributed = pytest.importorskip("distributed", reason="the optional Dask is not installed")
-    with (
-        distributed.LocalCluster(n_workers=0, dashboard_address=None) as cluster,
-        pytest.raises(PmwvcError, match="has no worker; start one with 'dask worker"),
-    ):
-        compute(grid(), dask=cluster.scheduler_address)
-
-
 def test_a_dask_cluster_computes_the_same():
     distributed = pytest.importorskip("distributed", reason="the optional Dask is not installed")
     with distributed.LocalCluster(

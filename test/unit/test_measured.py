@@ -79,12 +79,6 @@ def test_noise_on_the_position_costs_coherence(chirp):
     assert np.median(error[trusted]) < np.median(error[~trusted])
 
 
-def test_a_force_at_its_limit_is_not_the_linear_models():
-    scenario = wall(**CHIRP, **{"operator.force": 4.0, "safety.max_force": 1.0})
-    found = measure(simulate_one(scenario).users[0], scenario.users[0])
-    assert np.max(distance(scenario, found)) > 0.3
-
-
 def test_a_quantity_that_cannot_be_measured_is_reported():
     scenario, user = recorded(SINE | {"duration_s": 1.7})
     with pytest.raises(PmwvcError, match="less than 3 periods of 3 Hz"):
@@ -97,12 +91,6 @@ def test_a_quantity_that_cannot_be_measured_is_reported():
         measure(user, scenario.users[0])
     user.f_h[:] = np.nan
     with pytest.raises(PmwvcError, match="not recorded"):
-        measure(user, scenario.users[0])
-
-
-def test_too_short_a_chirp_is_refused():
-    scenario, user = recorded(CHIRP | {"duration_s": 1.0})
-    with pytest.raises(PmwvcError, match="too short for spectra"):
         measure(user, scenario.users[0])
 
 

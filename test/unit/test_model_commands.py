@@ -52,20 +52,6 @@ def test_the_z_width_is_exact_where_the_scenario_is_linear_and_simulated_where_n
     assert bisected["unstable_from"] - bisected["stable_up_to"] == pytest.approx(4000.0 / 8**4)
 
 
-@pytest.mark.parametrize("text", ["-1", "a", "0,inf"])
-def test_a_damping_that_no_wall_has_is_refused(pmwvc, text):
-    result = pmwvc("stability", "wall_slow", f"--damping={text}")
-    assert result.returncode == 2 and "--damping" in result.stderr
-
-
-def test_what_is_not_stable_is_an_answer_too(pmwvc):
-    result = pmwvc("stability", "direct_16ms")
-    assert result.returncode == 0
-    assert "NOT stable" in result.stdout
-    assert "growing, time constant" in result.stdout
-    assert "largest stable contact stiffness: 47.1 N/m" in result.stdout
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -161,10 +147,3 @@ def test_all_sessions_that_are_no_point_of_a_map_are_named_at_once(pmwvc, tmp_pa
 def test_what_decides_a_scenario_is_no_axis_of_a_map(pmwvc):
     message = refused(pmwvc("map", "wall", "--x", "dof=1:2:2", "--y", "link.delay_s"))
     assert "wall: dof: decides what a scenario is" in message
-
-
-def test_a_radius_beyond_all_bounds_has_few_digits(pmwvc):
-    stiff = ("--set", "server.contact_stiffness=1e6", "--set", "master.rate_drop=50")
-    result = pmwvc("stability", "direct_16ms", *stiff, "--set", "server.period_s=0.05")
-    radius = result.stdout.partition("spectral radius ")[2].split()[0]
-    assert float(radius) > 1e3 and len(radius) <= 13

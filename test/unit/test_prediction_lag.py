@@ -10,13 +10,10 @@ from support import plain as scenarios
 
 from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
 from pmwvc_analysis.prediction.prediction import (
-    aliasing_gain,
-    passive,
     prediction,
 )
 from pmwvc_analysis.prediction.rendering import link_words
 from pmwvc_analysis.transparency.transparency import transparency
-from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.params import DeviceParams, FilterParams, MasterParams
 
 BLACK_BOX = {
@@ -51,14 +48,6 @@ def test_a_live_loop_adds_its_two_phases():
     assert extra == pytest.approx(0.004)
 
 
-def test_a_zero_order_hold_lags_half_as_much():
-    foh, zoh = controlled(), controlled(master__hold="zoh")
-    gap = lag_s(foh.users[0], foh, live=False) - lag_s(zoh.users[0], zoh, live=False)
-    steps = step_lag_s(zoh.users[0].master, zoh.users[0].device, 25.0)
-    assert gap == pytest.approx(0.0035 - steps)
-    assert steps == pytest.approx(0.0003, abs=1e-4)
-
-
 def test_recorded_delays_lag_by_their_mean_over_time(tmp_path):
     """One second of 10 ms and three of 20 ms; the control is the mean as jitter round it."""
     path = tmp_path / "delays.txt"
@@ -76,51 +65,6 @@ def test_recorded_delays_lag_by_their_mean_over_time(tmp_path):
 def test_a_packet_waits_until_its_receiver_looks(delay_s, waits_s):
     of = controlled(link__up__delay_s=delay_s, link__down__delay_s=0.0)
     assert network_s(of.users[0], of, live=False) == pytest.approx(waits_s)
-
-
-@pytest.mark.parametrize("delay_s", [0.0, 0.0019, 0.002])
-def test_a_phase_hides_a_small_delay(delay_s):
-    of = controlled(link__up__delay_s=delay_s, link__down__delay_s=0.0)
-    assert network_s(of.users[0], of, live=True) == pytest.approx(0.002 + 0.002)
-
-
-def test_the_lag_of_the_press_is_as_predicted():
-    scenario, traces = handmade.scenario(), handmade.session()
-    expected = 2 * handmade.IMPEDANCE * handmade.DRIFT_M / handmade.FORCE_N
-    assert lag_s(scenario.users[0], scenario, live=False) == pytest.approx(expected)
-    words = "\n".join(each["text"] for each in summary(traces, scenario)["outcomes"])
-    assert "Predicted stable: it was." in words
-    assert "predicted +0.80 mm, measured +0.80 mm (hit; tolerance 0.42 mm)" in words
-
-
-def test_contact_and_link_are_springs_in_series():
-    scenario = handmade.scenario(server__contact_stiffness=500.0)
-    tau = lag_s(scenario.users[0], scenario, live=False)
-    values = prediction(scenario, live=False)
-    assert values["k_felt"] == pytest.approx(1 / (1 / 500.0 + tau / 50.0))
-    assert values["mass_felt"] * 2 * 25.0 / tau == pytest.approx(25.0**2)
-
-
-@pytest.mark.parametrize(
-    ("environment", "decoding", "stiffness", "late"),
-    [
-        ("wall", "late", 5000.0, True),
-        ("wall", "secant", 5000.0, False),
-        ("wall", "secant", 1000.0, False),  # decoded late, and repaid
-        ("wall_with_slope", "secant", 5000.0, False),
-    ],
-)
-def test_late_decoding_counts_as_a_shorter_lag(environment, decoding, stiffness, late):
-    black_box = BLACK_BOX | {"server__environment": environment, "server__decoding": decoding}
-    known, unknown = (
-        handmade.scenario(
-            server__compensation="none", server__contact_stiffness=stiffness, **values
-        )
-        for values in ({}, black_box)
-    )
-    shorter = lag_s(known.users[0], known, live=False)
-    shorter -= lag_s(unknown.users[0], unknown, live=False)
-    assert shorter == pytest.approx(2.0 * known.server.period_s if late else 0.0)
 
 
 @pytest.mark.parametrize("channel", ["plain", "strict"])
@@ -182,26 +126,3 @@ def test_the_lag_of_a_velocity_filter_is_that_of_the_exact_model(filtering, felt
     assert found["mass_felt"] == pytest.approx(mass, abs=1e-3)
     device = scenario.users[0].device.mass
     assert found["mass_felt"] + device == pytest.approx(exactly.mass_felt, abs=2e-3)
-
-
-@pytest.mark.parametrize("pole_rad_s", [10.0, 50.0])
-def test_complementary_bank_renders_the_lag_of_its_filters(pole_rad_s):
-    """1/a each way; the exact model of bank, local model and cube says the same."""
-    scenario = controlled(master__bank__kind="complementary", master__bank__split_rad_s=pole_rad_s)
-    plain = controlled()
-    longer = [lag_s(s.users[0], s, live=False) for s in (scenario, plain)]
-    assert longer[0] - longer[1] == pytest.approx(2.0 / pole_rad_s)
-    assert passive(scenario)
-    found = prediction(scenario, live=False)
-    exactly = transparency(scenario).rendered
-    assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-4)
-
-
-def test_default_filter_renders_a_stiffer_wall_than_the_first_order_one():
-    """Its mean is 3.5 ticks late where a pole of 50 rad/s is 19.5: A steady press tells."""
-    mean = scenarios.load("carry_16ms")
-    pole = scenarios.load("carry_16ms", settings_texts=["master.filter.kind=first_order"])
-    assert mean.users[0].master.filter.kind == "integrate_and_dump"
-    felt = [prediction(one, live=False)["k_felt"] for one in (mean, pole)]
-    assert felt == pytest.approx([348.4, 313.5], abs=0.1)
-    assert aliasing_gain(mean.users[0]) == 1.0

@@ -6,15 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from support import plain as scenarios
 from support.pressed_wall import wall
 
 from pmwvc_analysis.models import linearize
-from pmwvc_analysis.models.variation import groups_of, together
 from pmwvc_analysis.transparency import frequency
-from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.reader import parse_scenario
@@ -34,53 +29,6 @@ def lag_s(scenario):
     hold = (m - 1) if user.master.hold == "foh" else (m - 1) / 2
     network = user.link_up.delay_s + user.link_down.delay_s
     return (p / (1 - p) + 1 + hold) * 1e-3 + network
-
-
-@settings(max_examples=25)
-@given(
-    impedance=st.floats(10.0, 60.0),
-    stiffness=st.floats(100.0, 5000.0),
-    pole=st.floats(20.0, 80.0),
-    frames=st.integers(0, 3),
-    make=st.sampled_from([wall, cube]),
-)
-def test_contact_and_link_are_springs_in_series_and_the_link_has_the_mass_b_tau_half(
-    impedance, stiffness, pole, frames, make
-):
-    scenario = make(
-        **{
-            "master.impedance": impedance,
-            "master.filter.kind": "first_order",
-            "master.filter.pole_rad_s": pole,
-            "server.contact_stiffness": stiffness,
-            "link.delay_s": frames * 0.008,
-        }
-    )
-    tau, mass = lag_s(scenario), scenario.users[0].device.mass
-    felt = transparency(scenario, np.array([1.0])).rendered
-    assert felt.admittance_dc == pytest.approx(1 / stiffness + tau / (2 * impedance), rel=1e-4)
-    assert felt.k_felt == pytest.approx(1 / felt.admittance_dc)
-    # a damped device adds a little inertia of its own, as the force is held: b_hd T_c/2
-    assert felt.mass_felt == pytest.approx(mass + impedance * tau / 2 + 0.0005, rel=1e-4)
-
-
-def test_the_steps_of_a_zero_order_hold_shift_the_lag_by_a_fraction_of_a_tick():
-    """They come back through the filter, sampled at their end and not at their mean."""
-    filtering = {"master.filter.kind": "first_order", "master.filter.pole_rad_s": 50.0}
-    scenario = wall(**filtering, **{"master.hold": "zoh"})
-    felt, b = transparency(scenario, np.array([1.0])).rendered, scenario.users[0].master.impedance
-    tau = 2 * b * (felt.admittance_dc - 1 / 800.0)
-    assert 0.0 < tau - lag_s(scenario) < 0.5e-3
-
-
-def test_the_springs_and_the_mass_of_the_link_make_its_impedance():
-    scenario = wall(
-        **{"server.contact_stiffness": 1e5, "link.delay_s": 0.008, "device.damping": 0}
-    )
-    felt = transparency(scenario, np.array([1.0])).rendered
-    b = scenario.users[0].master.impedance
-    channel = 1 / (felt.admittance_dc - 1e-5)
-    assert channel * (felt.mass_felt - 0.2) == pytest.approx(b**2, rel=1e-5)
 
 
 @pytest.mark.parametrize("hertz", [1.25, 5.0, 12.5])
@@ -115,27 +63,6 @@ def test_the_response_is_what_a_simulated_session_swings_to(hertz, changes):
     assert abs(found - swing) < 1e-4 * abs(swing)
 
 
-def test_two_users_who_press_alike_meet_a_wall():
-    alone, opposite = (transparency(make(), np.geomspace(0.5, 100, 40)) for make in (wall, cube))
-    np.testing.assert_allclose(opposite.admittance, alone.admittance, rtol=1e-6)
-    lonely = transparency(wall(**{"server.environment": "cube"}), np.array([1.0]))
-    assert lonely.rendered.k_felt is None
-    assert any("keeps moving" in note for note in lonely.notes)
-
-
-def test_one_presses_against_all_on_the_other_side():
-    scenario = parse_scenario(cube().to_dict() | {"users": 3})
-    assert [user.side for user in scenario.users] == [-1, 1, -1]
-    assert pressing(scenario, 1)[:, 0].tolist() == [-0.5, 1.0, -0.5]
-    assert pressing(scenario, 0)[:, 0].tolist() == [1.0, -1.0, 0.0]
-
-
-def test_impedance_and_admittance_are_each_others_inverse():
-    found = transparency(wall(), np.array([2.0, 20.0]))
-    velocity = 2j * np.pi * found.frequency_hz * found.admittance
-    np.testing.assert_allclose(found.impedance * velocity, 1.0)
-
-
 def test_the_ideal_is_the_contact_itself():
     found = transparency(wall(), np.array([0.5, 2.0]))
     assert found.ideal.k_felt == pytest.approx(800.0, rel=1e-6)
@@ -147,23 +74,6 @@ def test_the_ideal_is_the_contact_itself():
     perfect = ideal_of(wall(**{"link.delay_s": 0.1}))
     assert perfect.users[0].link_up.delay_s == 0.0
     assert perfect.users[0].master.rate_drop == 1
-
-
-@pytest.mark.parametrize("frames", [0, 1, 9])
-@pytest.mark.parametrize("make", [wall, cube])
-def test_delay_lines_put_in_before_solving_change_nothing(frames, make):
-    model = linearize.build(make(**{"link.delay_s": 0.008 * frames}))
-    hertz = np.array([0.7, 5.0, 44.0])
-    found = frequency.response(model, hertz)
-    ticks = model.ticks
-    for value, f in zip(found, hertz, strict=True):
-        angle = 2 * np.pi * f * model.loop.tick_s
-        wave = np.zeros(len(model.loop.lines) * ticks, dtype=complex)
-        wave[:ticks] = np.exp(1j * angle * np.arange(ticks))
-        whole = np.exp(1j * angle * ticks) * np.eye(len(model.states)) - model.transition
-        state = np.linalg.solve(whole, model.inputs @ wave)
-        x = model.outputs["x"].state @ state + model.outputs["x"].through @ wave
-        assert abs(value - np.mean((x * wave.conj())[:ticks])) < 1e-9 * abs(value)
 
 
 def test_images_of_rest_are_no_obstacle():
@@ -196,40 +106,9 @@ def test_an_ideal_that_is_not_stable_is_left_out_and_reported():
     assert any("ideal coupling is not stable" in note for note in found.notes)
 
 
-def test_live_phases_lower_the_rendered_stiffness():
-    simulated, live = (
-        transparency(wall(), np.array([1.0]), live=live).rendered.admittance_dc
-        for live in (False, True)
-    )
-    b = wall().users[0].master.impedance
-    assert live - simulated == pytest.approx(0.004 / (2 * b), rel=1e-4)
-
-
 def test_nonlinear_devices_are_refused_with_the_way_out():
     scenario = wall()
     rubs = dataclasses.replace(scenario.users[0].device, friction=0.1)
     users = (dataclasses.replace(scenario.users[0], device=rubs),)
     with pytest.raises(PmwvcError, match="friction"):
         transparency(dataclasses.replace(scenario, users=users))
-
-
-@pytest.mark.parametrize(
-    "name, user", [("cube_3d", 0), ("three_users", 0), ("three_users", 2), ("carry_16ms", 1)]
-)
-def test_equal_users_are_one_and_render_as_all_of_them_do(name, user):
-    """Second route: the model in which each of them is there."""
-    scenario = scenarios.load(name, settings_texts=["users=6", "link.delay_s=0.004"])
-    points = np.geomspace(0.2, 50.0, 20)
-    found = transparency(scenario, points, user=user)
-    model, forces = linearize.build(scenario), pressing(scenario, user)
-    whole = frequency.response(model, points, user=user, forces=forces)
-    np.testing.assert_allclose(found.admittance, whole, rtol=1e-6)
-
-
-def test_a_user_unlike_the_others_is_not_one_of_them():
-    of = scenarios.load("carry_16ms", settings_texts=["users=4", "user3.device.mass=0.5"])
-    assert groups_of((of,)) == [[0, 1, 3], [2]]
-    assert groups_of((of,), marks=[1, 0, 0, 0]) == [[0], [1, 3], [2]]
-    (fewer,), weights = together((of,), groups_of((of,)))
-    small = linearize.build(fewer, weights=weights)
-    assert len(small.states) < 0.7 * len(linearize.build(of).states)

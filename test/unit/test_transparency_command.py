@@ -34,16 +34,6 @@ def test_json_is_one_document_with_the_documented_keys():
     assert any("Grip" in note for note in found["notes"])
 
 
-def test_settings_and_the_user_asked_for_count(capfd):
-    softer = []
-    for impedance in (25, 50):
-        assert main(["transparency", "wall", "--set", f"master.impedance={impedance}"]) == 0
-        softer.append(capfd.readouterr().out)
-    assert softer[0] != softer[1]
-    assert main(["transparency", "three_users", "--user", "user3"]) == 0
-    assert "user3, through the link" in capfd.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -24,7 +24,7 @@ from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
-from pmwvc_analysis.models.variation import stackable
+from pmwvc_analysis.models.variation import stackable, with_value
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of, varied
@@ -70,16 +70,38 @@ class Grid:
         return hashlib.sha256(whole.encode()).hexdigest()
 
     def batches(self) -> list[Points]:
-        """Return the points that are computed together: the same ones at any time."""
-        alike = np.arange(np.prod(self.shape)).reshape(self.shape)
-        step, along_x = LARGEST_BATCH, stackable(self.x.name)
-        if along_x and stackable(self.y.name):
-            step = min(step, -(-alike.size // FEWEST_BATCHES))
-            alike = alike.reshape(1, -1)
-        elif not along_x:
-            alike = alike.T if stackable(self.y.name) else alike.reshape(-1, 1)
-        width = alike.shape[1]
-        return [tuple(row[i : i + step]) for row in alike.tolist() for i in range(0, width, step)]
+        """Return the points that are computed together: the same ones at any time. Of rows or
+        columns with the same loops the first ones.
+        """
+        rows, columns = self.firsts
+        apart = [0 if stackable(axis.name) else 1 for axis in (self.y, self.x)]
+        groups: dict[tuple[int, int], list[int]] = {}
+        for row in sorted(set(rows)):
+            for column in sorted(set(columns)):
+                together = groups.setdefault((row * apart[0], column * apart[1]), [])
+                together.append(row * self.shape[1] + column)
+        step = LARGEST_BATCH if any(apart) else -(-len(groups[0, 0]) // FEWEST_BATCHES)
+        return [
+            tuple(points[i : i + step])
+            for points in groups.values()
+            for i in range(0, len(points), min(step, LARGEST_BATCH))
+        ]
+
+    @property
+    def firsts(self) -> tuple[list[int], list[int]]:
+        """For each row, and each column, the first one with the same loops: packets arrive at
+        ticks.
+        """
+        names, tick_ns = (self.y.name, self.x.name), round(self.scenario.tick_s * 1e9)
+        found = []
+        for axis in (self.y, self.x):
+            values = list(axis.values)
+            if axis.name.endswith("delay_s") and not any(
+                name.endswith("tick_s") for name in names
+            ):
+                values = [-(-round(value * 1e9) // tick_ns) for value in values]
+            found.append([values.index(value) for value in values])
+        return found[0], found[1]
 
 
 class MapPoint(NamedTuple):
@@ -115,9 +137,11 @@ def compute(
     keeps them and has them not computed again. PmwvcError for a value that a parameter may not
     have, or a folder of another map.
     """
-    for axis in (grid.x, grid.y):
-        for value in axis.values:
-            varied(grid.scenario, axis.name, value)  # before any time is spent
+    for one, other in ((grid.x, grid.y), (grid.y, grid.x)):
+        for edge in {other.values[0], other.values[-1]}:
+            along = varied(grid.scenario, other.name, edge)
+            for value in one.values:
+                varied(along, one.name, value)  # before any time is spent
     key, radius = grid.key, np.full(grid.shape, np.nan)
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
@@ -125,6 +149,7 @@ def compute(
     left = [points for points in grid.batches() if np.isnan(radius.flat[list(points)]).any()]
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
+        radius = radius[np.ix_(*grid.firsts)]
         if folder:  # what is on disk is whole at any time
             fresh = folder / "finished.new.npz"
             np.savez(fresh, radius=radius, key=np.array(key))
@@ -136,9 +161,9 @@ def compute(
 def batch(grid: Grid, points: Points) -> Array:
     """Return the spectral radii of some points of a map."""
     rows, columns = (each.tolist() for each in np.unravel_index(np.array(points), grid.shape))
-    along = {row: varied(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows)}
+    along = {row: with_value(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows)}
     pairs = ((along[row], grid.x.values[i]) for row, i in zip(rows, columns, strict=True))
-    return radii(*(varied(of, grid.x.name, value) for of, value in pairs), live=grid.live)
+    return radii(*(with_value(of, grid.x.name, value) for of, value in pairs), live=grid.live)
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:
@@ -148,8 +173,8 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
     x, y = (  # one value stands for all where none changes the hyperperiod
         axis.values[:1] if stackable(axis.name) else axis.values for axis in (grid.x, grid.y)
     )
-    rows = [varied(grid.scenario, grid.y.name, value) for value in y]
-    each = [[varied(row, grid.x.name, value) for value in x] for row in rows]
+    rows = [with_value(grid.scenario, grid.y.name, value) for value in y]
+    each = [[with_value(row, grid.x.name, value) for value in x] for row in rows]
     seconds = np.array([[hyperperiod_ticks(of) * of.tick_s for of in row] for row in each])
     return np.asarray(np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds)
 

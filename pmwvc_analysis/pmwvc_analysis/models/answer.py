@@ -9,9 +9,9 @@ import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.linearize import Linear, linearize, stable
-from pmwvc_analysis.models.opened import is_long, opened
-from pmwvc_analysis.models.variation import subproblems
+from pmwvc_analysis.models.linearize import stable
+from pmwvc_analysis.models.loop import LinearLoop, loop_of, put_in
+from pmwvc_analysis.models.response import OUTPUTS
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.words import count
 
@@ -27,8 +27,10 @@ def answer(
     """
     is_stable = stable(float(stability.radii(scenario, live=live)[0]))
     limit = stability.k_max(scenario, live=live, bound=bound)
-    slowest = _long if is_long(scenario, live=live) else _dense
-    radius, hertz, ticks, states, motions = slowest(scenario, live=live)
+    model = stability.model_of(loop_of(scenario, live=live))
+    largest = model.largest()
+    radius = abs(largest)
+    hertz = _frequency_hz(loop_of(scenario, live=live, outputs=True), largest)
     return {
         "scenario": scenario.name,
         "live": live,
@@ -38,53 +40,21 @@ def answer(
         "k_max_bound": limit.bound,
         "k_max_unknown": limit.unknown,
         "islands": [list(island) for island in limit.islands],
-        "rigid_body_modes": motions,
-        "states": states,
-        "hyperframe_ticks": ticks,
+        "rigid_body_modes": model.motions,
+        "states": model.count,
+        "hyperframe_ticks": model.ticks,
         "slowest": {
             "frequency_hz": hertz,
-            "per_second": math.log(radius) / (ticks * scenario.tick_s) if radius else None,
+            "per_second": math.log(radius) / (model.ticks * scenario.tick_s) if radius else None,
         },
         "notes": notes_of(scenario),
     }
 
 
-# Length of the largest eigenvalue, its frequency [Hz], ticks of the hyperperiod, number of states
-# and of rigid motions.
-Slowest = tuple[float, float | None, int, int, int]
-
-
-def _dense(scenario: Scenario, *, live: bool) -> Slowest:
-    whole, found = linearize(scenario, live=live), []
-    for (part,), weights in subproblems(scenario):
-        of: dict[str, Any] = {"live": live, "weights": weights}
-        model = linearize(part, **of)
-        values = np.linalg.eigvals(model.quotient[0][0])
-        largest = complex(values[np.argmax(np.abs(values))])
-        found.append((abs(largest) ** (whole.ticks // model.ticks), largest, part, of))
-    radius, largest, worst, of = max(found, key=lambda each: each[0])
-    hertz = _frequency_hz(linearize(worst, outputs=True, **of), largest)
-    return radius, hertz, whole.ticks, len(whole.states), int(whole.quotient[1][0])
-
-
-def _long(scenario: Scenario, *, live: bool) -> Slowest:
-    """Return the same of a loop with long delays; its frequency only where a hyperperiod is no
-    longer than a frame, so that it is no image of another one.
-    """
-    whole, smaller = opened(scenario, live=live), []
-    for runs, weights in subproblems(scenario):
-        smaller += opened(*runs, live=live, weights=weights).loci
-    log, worst = max(((loci.log_radius(), loci) for loci in smaller), key=lambda each: each[0])
-    angle = worst.angle_at(log - abs(log) * 1e-6)
-    alone = whole.ticks == max(user.master.rate_drop for user in scenario.users)
-    hertz = angle / (2.0 * math.pi * whole.ticks * scenario.tick_s) if angle and alone else None
-    return math.exp(log), hertz, whole.ticks, whole.states, whole.motions
-
-
 CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most
 
 
-def _frequency_hz(linear: Linear, value: complex) -> float | None:
+def _frequency_hz(loop: LinearLoop, value: complex) -> float | None:
     """Return the frequency of an eigenvalue's motion; None where none is seen or two are as
     strong.
 
@@ -92,21 +62,25 @@ def _frequency_hz(linear: Linear, value: complex) -> float | None:
     lambda^(-k/N) has period N, and its largest harmonic j gives (arg lambda + 2 pi j)/(2 pi N
     T_c).
     """
-    ticks, tick_s, states = linear.ticks, linear.loop.tick_s, len(linear.states)
-    values, vectors = np.linalg.eig(linear.transition)
-    vector = vectors[:, np.argmin(np.abs(values - value))]
-    angle = float(np.angle(value))
+    if value == 0.0:
+        return None
+    ticks, angle = loop.ticks, float(np.angle(value))
+    late = put_in(loop)
+    equations, (_, read) = late.equations(np.array([value]))[0], late.system
+    vector = np.linalg.svd(equations)[2][-1].conj()
+    by_output = (read[:, : len(vector)] @ vector).reshape(
+        len(loop.scenario.users), len(OUTPUTS), ticks, -1
+    )
+    fade = np.exp(-(np.log(np.abs(value)) + 1j * angle) * np.arange(ticks) / ticks)
     for name in ("xd", "f"):  # of a motion that no device takes part in, its force
-        by_tick = linear.outputs[name].state.reshape(-1, ticks, linear.loop.dof, states)
-        seen = (by_tick @ vector).swapaxes(1, 2).reshape(-1, ticks)  # each axis of each user
-        if value == 0.0 or not seen.any():
+        seen = by_output[:, OUTPUTS.index(name)].swapaxes(1, 2).reshape(-1, ticks)
+        if not seen.any():
             continue
-        fade = np.exp(-(np.log(np.abs(value)) + 1j * angle) * np.arange(ticks) / ticks)
         power = np.sum(np.abs(np.fft.fft(seen * fade, axis=1)) ** 2, axis=0)
         harmonics = np.fft.fftfreq(ticks, 1.0 / ticks)
-        hertz = np.abs(angle + 2.0 * np.pi * harmonics) / (2.0 * np.pi * ticks * tick_s)
+        hertz = np.abs(angle + 2.0 * np.pi * harmonics) / (2.0 * np.pi * ticks * loop.tick_s)
         best = int(np.argmax(power))
-        others = np.abs(hertz - hertz[best]) > 1e-9 * (1.0 / tick_s)
+        others = np.abs(hertz - hertz[best]) > 1e-9 * (1.0 / loop.tick_s)
         if not np.any(power[others] > CLEAR * power[best]):
             return float(hertz[best])
     return None

@@ -3,7 +3,7 @@
 """Stability at any constant delay: a proof from the gains of both ends of the link, or why not.
 
 G_i(Theta) is the packet-to-packet response of user i's end, S(Theta) that of the server's end
-(:func:`.opened.ends`). Delays turn packets, they add no gain. If both ends are stable by
+(:func:`.matrices.matrices`). Delays turn packets, they add no gain. If both ends are stable by
 themselves and
 
     largest singular value of sqrt|G| S sqrt|G| <= 1    at all frequencies, |G| = diag(|G_i|),
@@ -15,27 +15,29 @@ more energy than it received whatever touches (``implicit``; a ledger without al
 may come and go ("parts rule"). A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0
 by itself: what filter and rate drop lose must cover it at every frequency.
 
-An impedance matrix B = V diag(b) V^T couples the axes: then G_i = V diag(G_i(b)) V^T, and the
-same with its absolute value, which commutes with the delays of its user.
+An impedance matrix couples the axes: then G_i is a matrix, with |G_i| = sqrt(G_i^H G_i) of the
+same axes, which commutes with the delays of its user.
 
 Equations: docs/theory.md 14.5, 14.6.
 """
 
-import itertools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
-from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
-from pmwvc_analysis.models.opened import ends
-from pmwvc_analysis.models.variation import changed, with_impedances
-from pmwvc_analysis.models.windings import System, refined
+from pmwvc_analysis.models.linear import nonlinear, outside
+from pmwvc_analysis.models.loop import System
+from pmwvc_analysis.models.matrices import matrices
+from pmwvc_analysis.models.response import reduced
+from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import proofs_hold
-from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.impedance import eigenvalues, principal_axes
+from pmwvc_core.numeric import Array, Complex
+from pmwvc_core.params import LinkParams
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.impedance import largest
 
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
 POINTS = 500
@@ -43,7 +45,6 @@ LOWEST = 1e-5  # [rad per packet]
 AROUND = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0])  # widths of a pole at which gains are taken
 # Parameters of elements that the parts rule covers, or a passive server.
 OF_SERVER = ("server.coupling", "compensation", "environment", "server.decoding")
-ROUNDS = 4  # of refinement around each maximum
 NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 
 
@@ -63,20 +64,17 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         return None
     if reasons := _outside(scenario):
         return AnyDelay(False, reasons)
-    users = scenario.users
-    masters = [
-        [_master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
-        for user in users
+    users, tick_s = scenario.users, scenario.tick_s
+    at_wall = changed(scenario.server, coupling="implicit", environment="wall")
+    masters = _ends(changed(scenario, server=at_wall, disturbances=""), live=live)[:-1]
+    unstable = [
+        f"{user.name}'s end is unstable by itself (b T/m = "
+        f"{largest(user.impedance) * tick_s / float(user.device.mass):.3g}; a held device needs "
+        "less than 2)"
+        for user, end in zip(users, masters, strict=True)
+        if end.growth >= 1.0
     ]
-    unstable = []
-    for user, several in zip(users, masters, strict=True):
-        if any(end.growth >= 1.0 for end in several):
-            load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
-            unstable.append(
-                f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
-                "needs less than 2)"
-            )
-    server = None if nonlinear(scenario) or outside(scenario) else ends(scenario, live=False)[1]
+    server = None if nonlinear(scenario) or outside(scenario) else _ends(scenario, live=False)[-1]
     if server is not None and server.growth >= 1.0:
         unstable.append(
             f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
@@ -84,22 +82,24 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if unstable:
         return AnyDelay(False, tuple(unstable))
     every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole
-    for end in [*itertools.chain(*masters), *([server] if server else [])]:
+    for end in [*masters, *([server] if server else [])]:
         width = np.maximum(np.abs(1.0 - np.abs(end.poles())), LOWEST)
         every.append(end.angles_near(width, AROUND))
     angle = np.unique(np.concatenate(every))
     angle = angle[(angle >= LOWEST) & (angle <= np.pi)]
     hertz = 1.0 / (2.0 * np.pi * scenario.server.period_s)
 
-    def single(angle: Array) -> list[Array]:
-        """Return the gains of each user's ends, along its principal axes ``(points, axes)``."""
-        z = np.exp(1j * angle)
-        return [
-            np.stack([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=1)
-            for several in masters
-        ]
+    def gains(angle: Array) -> list[Complex]:
+        """Return |G|^2 of each user's end ``(points, axes, axes)``."""
+        found = [end.response(np.exp(1j * angle)) for end in masters]
+        return [g.conj().swapaxes(1, 2) @ g for g in found]
 
-    worst, at = _peak(lambda angle: np.concatenate(single(angle), axis=1).max(axis=1), angle)
+    def single(angle: Array) -> Array:
+        """Return the largest gain of a user's end."""
+        sizes = [np.linalg.norm(squared, 2, axis=(1, 2)) for squared in gains(angle)]
+        return np.asarray(np.sqrt(np.max(sizes, axis=0)))
+
+    worst, at = _peak(single, angle)
     lossless, passive = worst <= 1.0 + TOLERANCE, scenario.coupling.passive(scenario.server)
     if lossless and passive:
         return AnyDelay(True, gain=worst, at_hz=at * hertz)
@@ -110,16 +110,18 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if server is None:
         unknown = () if passive else ("no bound is known for the server's coupling",)
         return AnyDelay(False, (*(() if lossless else (text,)), *unknown))
-    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in users]
 
     def around(angle: Array) -> Array:
         """Return the gain once around the loop."""
-        dof = len(axes[0])
-        blocks = np.zeros((len(angle), len(users), dof, len(users), dof))
-        for user, (gains, own) in enumerate(zip(single(angle), axes, strict=True)):
-            blocks[:, user, :, user] = (own * np.sqrt(gains)[:, np.newaxis]) @ own.T
-        root = blocks.reshape(len(angle), len(users) * dof, -1)
-        whole = root @ server.response(np.exp(1j * angle)) @ root
+        whole = server.response(np.exp(1j * angle))
+        for user, squared in enumerate(gains(angle)):
+            sizes, axes = np.linalg.eigh(squared)
+            root = (axes * np.maximum(sizes, 0.0)[:, np.newaxis] ** 0.25) @ axes.conj().swapaxes(
+                1, 2
+            )
+            own = slice(user * len(sizes[0]), (user + 1) * len(sizes[0]))
+            whole[:, own] = root @ whole[:, own]
+            whole[:, :, own] = whole[:, :, own] @ root
         return np.asarray(np.linalg.norm(whole, 2, axis=(1, 2)))
 
     gain, at = _peak(around, angle)
@@ -129,13 +131,21 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     return AnyDelay(False, (why,), gain=gain, at_hz=at * hertz)
 
 
-def _master_end(scenario: Scenario, user: User, impedance: float, *, live: bool) -> System:
-    """Return a user's end with an impedance [N s/m], an eigenvalue of its matrix, from packet v to
-    packet u: at a frame as long as a step, without position feedback, which is no wave.
-    """
-    alone = with_impedances(user, impedance, None)
-    wall = changed(scenario.server, coupling="implicit", environment="wall")
-    return ends(changed(scenario, users=(alone,), server=wall, disturbances=""), live=live)[0]
+def _ends(scenario: Scenario, *, live: bool) -> list[System]:
+    """Return every end, users before the server, from packets that come in to those sent."""
+    at_once = LinkParams(delay_s=live * scenario.tick_s)
+    users = (changed(user, link_up=at_once, link_down=at_once) for user in scenario.users)
+    found = []
+    for end, _ in matrices([changed(scenario, users=tuple(users))], live):
+        n = len(end.states)
+        into, out = (
+            [n + at for at, signal in enumerate(signals) if signal.name == "wave"]
+            for signals in (end.came, end.sent)
+        )
+        waves = end.matrix[:, np.r_[:n, out]][:, :, np.r_[:n, into]]
+        kept, rows = reduced(waves, np.zeros(n, dtype=np.bool_))
+        found.append(System(rows[0], len(kept)))
+    return found
 
 
 def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
@@ -146,7 +156,8 @@ def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
     sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
     for index in np.flatnonzero((values >= sides) & (values > found[0] - NEAR)).tolist():
         ends = angle[max(index - 1, 0)], angle[min(index + 1, len(angle) - 1)]
-        found = max(found, refined(gain, *ends, rounds=ROUNDS))
+        top = minimize_scalar(lambda at: -gain(np.array([at]))[0], bounds=ends, method="bounded")
+        found = max(found, (-float(top.fun), float(top.x)))
     return found
 
 

@@ -11,13 +11,14 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, reduce
 from operator import itemgetter
-from types import FunctionType, SimpleNamespace
+from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.law.family import Family
+from pmwvc_core.law.server.coupled_axes import loop_inverse
 from pmwvc_core.numeric import Array, Flags
 
 LAWS = ("pmwvc_core.law", "pmwvc_core.plant")
@@ -84,20 +85,41 @@ def lifted(law: Any) -> Callable[..., Any]:
 
 
 def _module(law: Any) -> dict[str, Any]:
-    """Return the names of a law's module, with lifted laws."""
+    """Return the names of a law's module, with lifted laws, also those of modules of laws."""
     found: dict[str, Any] = {"min": _extreme(min, np.minimum), "max": _extreme(max, np.maximum)}
-    for name, value in law.__globals__.items():
-        if isinstance(value, FunctionType) and value.__module__.startswith(
-            (*LAWS, law.__module__)
-        ):
-            found[name] = lifted(value)
-        elif isinstance(value, Family):
-            found[name] = lambda first, *others, of=value: lifted(of.members[type(first)])(
-                first, *others
-            )
-        else:
-            found.setdefault(name, MATH if value is math else value)
-    return found
+    own = (*LAWS, law.__module__)
+    return found | {name: _of_elements(value, own) for name, value in law.__globals__.items()}
+
+
+def _of_elements(value: Any, own: tuple[str, ...]) -> Any:
+    """Return what a name means in a law for elements."""
+    if value is math or value is loop_inverse:
+        return MATH if value is math else _inverses
+    if isinstance(value, FunctionType) and value.__module__.startswith(own):
+        return lifted(value)
+    if isinstance(value, Family):
+        return lambda first, *others: lifted(value.members[type(first)])(first, *others)
+    if isinstance(value, ModuleType) and value.__name__.startswith(LAWS):
+        return _Module(value)
+    return value
+
+
+class _Module:
+    """A module of laws as another one names it, with lifted laws."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        return _of_elements(getattr(self._module, name), LAWS)
+
+
+def _inverses(loop: Any, numbers: tuple[int, ...]) -> Any:
+    """Return (1 + loop)^-1 of every element."""
+    n = len(numbers)
+    entries = np.broadcast_arrays(*[entry for row in loop for entry in row])
+    found = np.linalg.inv(np.eye(n) + np.stack(entries, axis=-1).reshape(-1, n, n))
+    return tuple(tuple(elements(found[:, i, j]) for j in numbers) for i in numbers)
 
 
 def _extreme(of_numbers: Any, of_arrays: Any) -> Callable[..., Any]:

@@ -1,147 +1,223 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both ends of one run in the exact model: without limits and brakes, in contact all the time."""
+"""The two ends of a link, each by itself, as the simulator steps them: a user's force loop with
+its device; the server with all avatars. No limits and no brakes act, contacts touch all the time.
 
-import math
-from collections.abc import Sequence
-from types import SimpleNamespace
+What comes in are packets at the times of the links: zeros until an end is at rest. They have sums
+from zero on and energy for whatever a playout does with a wave. The clocks of the playouts do not
+depend on signals (:mod:`pmwvc_core.law.channel.pace`). Where frames and steps are not equally
+long, segments come early and late in turn; the lag that follows them comes to one course around
+the hyperperiod, whatever the beginning was, and the model holds for that.
+
+Equations: docs/theory.md 15.3.
+"""
+
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.models.elements import lifted, stacked
-from pmwvc_analysis.models.links import LinkTimes, UnderWay
-from pmwvc_analysis.models.variation import changed
-from pmwvc_core.controllers.plugged import PluggedLaw
-from pmwvc_core.law.port.counts import resting_counts
+from pmwvc_analysis.models.elements import Path, lifted, stacked, text_of
+from pmwvc_analysis.models.links import LinkTimes, LinkWay
+from pmwvc_analysis.models.variation import (
+    AMPLE_J,
+    server_at_rest,
+    settled_pace,
+    sums_anew,
+    user_at_rest,
+    with_pace,
+)
+from pmwvc_core.controllers.library import record_of
+from pmwvc_core.law.channel.pace import Pace
+from pmwvc_core.law.channel.packet import Packet, no_packet
+from pmwvc_core.law.port.master import Sample
 from pmwvc_core.law.server.contacts import offset_of
-from pmwvc_core.law.vectors import plus
-from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import made_user
-from pmwvc_core.plant.device import resting_device, simulated_params
-from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.contained import Contained
+from pmwvc_core.law.server_step import server_step
+from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.law.vectors import Vector, plus, scaled
+from pmwvc_core.plant.device import device_step
+from pmwvc_core.scenario.scenario import Scenario
 
-LEAST_S = 1e-9  # of a soft start
+PERIODS = 4  # until an end that was given packets has answered
 OFFSET = lifted(offset_of)
+SIGNALS = ("wave", "position", "extra")  # of a packet, as far as controllers read them
+Signals = tuple[Vector, Vector, Vector]
 
 
-class Params(NamedTuple):
-    """Parameters of all that is stepped: force loops, devices, and the server."""
-
-    loops: tuple[Any, ...]
-    devices: tuple[Any, ...]
-    server: Any
+def _as_it_is(law: Any) -> Any:
+    return law  # on plain numbers, quicker
 
 
-class LoopState(NamedTuple):
-    """State of all that is stepped, and each user's packets under way."""
+class Slot(NamedTuple):
+    """A packet of a hyperperiod: its way, by number, and which of that way's it is."""
 
-    loops: tuple[Any, ...]
-    devices: tuple[Any, ...]
-    server: Any
-    up: tuple[UnderWay, ...]
-    down: tuple[UnderWay, ...]
+    way: int
+    packet: int
 
 
-def made(
-    runs: Sequence[Scenario], lines: Sequence[LinkTimes], dof: int
-) -> tuple[LoopState, Params]:
-    """Return both ends of scenarios as one: numbers that differ are arrays ``(runs,)``."""
-    kept: dict[tuple[int, ...], Any] = {}
-    # With a position feedback, be it of no gain, where any run has one.
-    fed = [
-        any(user.master.position.is_on for user in of)
-        for of in zip(*(run.users for run in runs), strict=True)
-    ]
-    found: tuple[LoopState, Params] = stacked([_made(run, lines, fed, dof, kept) for run in runs])
-    return found
+Came = dict[Slot, Signals]
+Went = tuple[dict[Slot, Packet], tuple[Vector, ...]]
+Form = Callable[[Any], Any]  # a law in the form that it is called in
 
 
-def _made(
-    scenario: Scenario,
-    lines: Sequence[LinkTimes],
-    fed: Sequence[bool],
-    dof: int,
-    kept: dict[tuple[int, ...], Any],
-) -> tuple[LoopState, Params]:
-    """Return both ends of one run; those of users with the same parameters are made once."""
-    server = scenario.server
-    if not scenario.coupling.black_box and not scenario.environment.known:
-        server = changed(server, environment="wall")  # a black box only
-    of = SimpleNamespace(**vars(scenario) | {"dof": dof, "times": scenario.times})
-    rest, ends, guests = (0.0,) * dof, [], []
-    for index, (user, line) in enumerate(zip(scenario.users, lines, strict=True)):
-        own = user.master, user.baseline, user.own, user.safety, user.device
-        touching = _touching(user, fed[index])
-        key = index, *map(id, own)
-        if key not in kept:
-            s, p = made_user(touching, of, answer_tick=line.answer.phase)
-            device = simulated_params(user.device, scenario.tick_s)
-            # With the parameters, so that their numbers stay those of this user.
-            kept[key] = (*_opened(s, p), resting_device(rest, device), device, own)
-        ends.append(kept[key][:4])
-        guests += [touching] * len(line.ports)
-    q = server_params(guests, of, server)
-    at_server = resting_server(guests, of, q)
-    states, params, devices, of_devices = zip(*ends, strict=True)
-    none = ((),) * len(lines)
-    q = q._replace(environment=_unlimited(q.environment))
-    return LoopState(states, devices, at_server, none, none), Params(params, of_devices, q)
+class End:
+    """One end of several runs, brought to rest up to tick 0.
+
+    ``s`` and ``p`` are state and parameters, numbers that differ ``(runs,)``; ``ways`` bring
+    packets with so many ``extra`` signals beside wave and position; ``ticks`` are those of the
+    hyperperiod, ``dof`` the axes of the model.
+    """
+
+    name: str
+
+    def __init__(
+        self, scenario: Scenario, made: Sequence[tuple[Any, Any]], ways: Sequence[LinkWay],
+        extra: int, ticks: int, dof: int,
+    ) -> None:  # fmt: skip
+        self.scenario, self.tick_s, self.runs = scenario, scenario.tick_s, len(made)
+        self.ways, self.ticks, self.dof = ways, ticks, dof
+        self.s, self.p = stacked(made)
+        self.nothing: Signals = (0.0,) * self.dof, (0.0,) * self.dof, (0.0,) * extra
+        paces = [settled_pace(way, self.tick_s) for way in ways] if scenario.strict else []
+        store_s = max((pace.store_s for pace in paces), default=0.0)
+        steps = PERIODS * max(max(way.sent.period, way.looked.period) for way in ways)
+        to_rest = -(-steps // self.ticks) * self.ticks
+        played = 0
+        if paces:  # what was in store before the clocks are set is played
+            whole = 2 * steps + round(store_s / self.tick_s)
+            played = -(-whole // self.ticks) * self.ticks
+        self.start = -to_rest - played
+        for tick in range(self.start, 0):
+            if paces and tick == -played:
+                self.set_paces(paces, store_s + self.tick_s)
+            self.step(tick, {}, self.nothing[0], _as_it_is if self.runs == 1 else lifted)
+
+    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
+        """Go one tick on with signals of packets that come in, zeros where none are given, and a
+        hand's force; return packets sent, and x, xd and f of a device.
+        """
+        raise NotImplementedError
+
+    def set_paces(self, paces: Sequence[Pace], store_s: float) -> None:
+        """Set the clocks of the playouts, with so much of zeros in store."""
+        raise NotImplementedError
+
+    def followed(self, s: Any) -> Any:
+        """Return a state with what follows from other numbers of it."""
+        return s
+
+    def name_of(self, path: Path) -> tuple[str, int]:
+        """Return the name of a state, and its axis."""
+        name, axis = text_of(path)
+        return f"{self.name}.{name}", axis
+
+    def arrived(self, number: int, look: int, came: Came, echo: int = 0) -> list[Packet]:
+        """Return the packets of a way that are new at a look, each the answer to packet ``echo``:
+        what is linear needs one that is remembered.
+        """
+        way, packets = self.ways[number], list[Packet]()
+        period_s, first = (
+            way.sent.period * self.tick_s,
+            way.arrivals(way.looked.phase, self.ticks)[0],
+        )
+        for tick in way.arrivals(look):
+            count = 1 + (tick - self.start) // way.sent.period
+            slot = Slot(number, (tick - first) // way.sent.period)
+            wave, position, extra = came.get(slot, self.nothing)
+            integral = scaled(wave, period_s)
+            if packets:
+                integral = plus(packets[-1].integral, integral)
+            packet = no_packet(wave, extra)._replace(
+                number=count, sent_ns=count * round(period_s * 1e9), period_s=period_s,
+                integral=integral, energy_j=AMPLE_J * (1 + len(packets)), position=position,
+                echo=echo, fresh=count == 1,
+            )  # fmt: skip
+            if count > 0:
+                packets.append(packet)
+        return packets
+
+    def now_ns(self, tick: int) -> int:
+        """Return the time of a tick since the start."""
+        return (tick - self.start) * round(self.tick_s * 1e9)
 
 
-def _opened(s: Any, p: Any) -> tuple[Any, Any]:
-    """Return a force loop without limits, with exact positions; its law may be a plug-in's."""
-    far = {name: math.inf for name, limit in p.limits._asdict().items() if type(limit) is float}
-    far |= {"soft_start_s": LEAST_S, "tick_s": p.limits.tick_s, "brakes": False}
-    p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
-    if isinstance(law := getattr(p.port, "law", None), PluggedLaw):
-        p = p._replace(port=p.port._replace(law=law._replace(device=lifted(law.device))))
-    if hasattr(s.port, "counts"):
-        exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in s.port.x)
-        s = s._replace(port=s.port._replace(counts=exact, begun=True))
-    return s, p
+class UserState(NamedTuple):
+    """A force loop and the device that it moves."""
+
+    loop: Any
+    device: Any
 
 
-def _unlimited(e: Any) -> Any:
-    """Return an environment without brakes; what a coupling raises is not contained."""
-    if hasattr(e, "brakes"):
-        e = e._replace(brakes=False)
-    if isinstance(getattr(e, "laws", (None,))[0], PluggedLaw):
-        return e._replace(laws=tuple(p._replace(avatar=lifted(p.avatar)) for p in e.laws))
-    if isinstance(getattr(e, "coupling", None), Contained):
-        return e._replace(coupling=e.coupling.law)
-    return e
+class PerturbedUser(End):
+    """The force loop and the device of a user (the only one of the scenarios)."""
+
+    def __init__(
+        self, runs: Sequence[Scenario], ticks: int, dof: int, times: LinkTimes, fed: bool
+    ) -> None:
+        self.sends, self.name = times.up.sent, runs[0].users[0].name
+        made = [user_at_rest(run, dof, times.taken.phase, fed) for run in runs]
+        made = [(UserState(*s), p) for s, p in made]
+        down = record_of(runs[0].controller).extra(dof)[1]
+        super().__init__(runs[0], made, [times.down], down, ticks, dof)
+
+    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
+        """Go one tick on; see :meth:`End.step`."""
+        (loop, device), (p, of_device), sent = self.s, self.p, dict[Slot, Packet]()
+        number, now_ns = tick - self.start, self.now_ns(tick)
+        sample = Sample(device.read_x, device.read_xd, True, now_ns)
+        if self.sends.due(tick):
+            loop, packet, _ = of(send)(loop, now_ns, sample, False, p)
+            loop = of(begin)(loop, number, p)
+            sent[Slot(0, tick // self.sends.period)] = packet
+        packets = self.arrived(0, tick, came, loop.packing.number)
+        loop = sums_anew(loop) if packets else loop
+        loop, f_m, f = of(user_tick)(loop, number, now_ns, sample, packets, p)
+        device, _, _ = of(device_step)(device, force, f, of_device)
+        self.s = UserState(loop, device)
+        return sent, (sample.x, sample.xd, f_m)
+
+    def set_paces(self, paces: Sequence[Pace], store_s: float) -> None:
+        """Set the clock of the playout."""
+        self.s = self.s._replace(loop=with_pace(self.s.loop, paces[0], store_s))
 
 
-def _touching(user: User, fed: bool) -> User:
-    """Return a user always in contact and with a local model; with feedback where ``fed``."""
-    position, local = user.master.position, changed(user.master.local_model, acts="everywhere")
-    if fed and not position.is_on:
-        position = changed(position, gain=math.ulp(0.0))
-    master = changed(user.master, local_model=local, position=position)
-    return changed(user, master=master, contact=changed(user.contact, contact="bilateral"))
+class PerturbedServer(End):
+    """The server with all avatars."""
 
+    def __init__(
+        self, runs: Sequence[Scenario], ticks: int, dof: int, times: Sequence[LinkTimes]
+    ) -> None:
+        self.serve, self.name = times[0].up.looked, "server"
+        made = [server_at_rest(run, dof) for run in runs]
+        up = record_of(runs[0].controller).extra(dof)[0]
+        super().__init__(runs[0], made, [each.up for each in times], up, ticks, dof)
 
-def followed(s: LoopState, lines: Sequence[LinkTimes], black_box: bool) -> LoopState:
-    """Put avatars where contacts and object are; equal users are with the first of them."""
-    server, environment = s.server, s.server.environment
-    guests, ports, box = list(server.guests), list(environment.ports), environment.body
-    body = box.environment.body if black_box else box
-    inside: tuple[list[Any], ...] = ()
-    if black_box:
-        inside = list(box.environment.visitors), list(box.users)
-    for first, *others in (line.ports for line in lines):
-        contact = inside[0][first].contact if black_box else ports[first].avatar.contact
-        x_s = plus(body.x, OFFSET(contact))
-        ports[first] = ports[first]._replace(x_s=x_s)
-        if black_box:
-            inside[0][first] = inside[0][first]._replace(at=x_s)
-            inside[1][first] = inside[1][first]._replace(x=x_s, f=ports[first].avatar.f)
-        for each in (guests, ports, *inside):
-            for other in others:
-                each[other] = each[first]
-    if black_box:
-        visitors, users = map(tuple, inside)
-        held = box.environment._replace(visitors=visitors)
-        box = box._replace(x=body.x, xd=body.xd, environment=held, users=users)
-    environment = environment._replace(ports=tuple(ports), body=box)
-    return s._replace(server=server._replace(guests=tuple(guests), environment=environment))
+    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
+        """Go one tick on; see :meth:`End.step`."""
+        if not self.serve.due(tick):
+            return {}, ()
+        packets = tuple(self.arrived(way, tick, came) for way in range(len(self.ways)))
+        s = self.s._replace(guests=tuple(map(sums_anew, self.s.guests)))
+        self.s, answers = of(server_step)(s, self.now_ns(tick), packets, 0.0, self.p)
+        sent = tick // self.serve.period
+        return {Slot(user, sent): packet for user, (packet, _) in enumerate(answers)}, ()
+
+    def set_paces(self, paces: Sequence[Pace], store_s: float) -> None:
+        """Set the clocks of the playouts."""
+        pairs = zip(self.s.guests, paces, strict=True)
+        self.s = self.s._replace(guests=tuple(with_pace(s, pace, store_s) for s, pace in pairs))
+
+    def followed(self, s: Any) -> Any:
+        """Put avatars where contacts and object are."""
+        environment = s.environment
+        ports, body = list(environment.ports), environment.body
+        if self.scenario.coupling.black_box:
+            box, at = body, body.environment
+            x_s = [plus(at.body.x, OFFSET(each.contact)) for each in at.visitors]
+            visitors = [v._replace(at=x) for v, x in zip(at.visitors, x_s, strict=True)]
+            rows = zip(box.users, x_s, ports, strict=True)
+            users = [user._replace(x=x, f=port.avatar.f) for user, x, port in rows]
+            at = at._replace(visitors=tuple(visitors))
+            body = box._replace(x=at.body.x, xd=at.body.xd, environment=at, users=tuple(users))
+        else:
+            x_s = [plus(body.x, OFFSET(port.avatar.contact)) for port in ports]
+        ports = [port._replace(x_s=x) for port, x in zip(ports, x_s, strict=True)]
+        return s._replace(environment=environment._replace(ports=tuple(ports), body=body))

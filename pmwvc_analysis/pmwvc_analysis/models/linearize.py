@@ -9,9 +9,7 @@ times. Over it the state goes on by a constant matrix::
 
 with f the hands' forces held over every tick, and y motion and force at the start of every tick,
 both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix.
-States that are not read, not driven, or present twice are left out, where entries are exactly zero
-or rows exactly equal in every run: that changes no eigenvalue other than zero, nor what follows
-from the inputs.
+Of all states those count that matter (:mod:`.response`).
 
 **Rigid motions** are no instability: where nothing holds the users to the ground, all may stand
 elsewhere (A t = t), and where nothing brakes them either, all may move on uniformly (A t = t up to
@@ -25,51 +23,40 @@ small problem (I - Q Q^T)(A - I)[:, p] t_p = 0: what is zero there but for round
 Equations: docs/theory.md 15.1, 15.2.
 """
 
-from collections.abc import Iterable, Sequence
-from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.hyperperiod import PLACED, Hyperperiod, StateName
-from pmwvc_analysis.models.outside import checked
+from pmwvc_analysis.models.linear import axes_of
+from pmwvc_analysis.models.links import hyperperiod_ticks
+from pmwvc_analysis.models.loop import LinearLoop, held, loop_of, put_in
+from pmwvc_analysis.models.response import placed, reduced
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
 ROUNDING = 1e-9  # of a radius
-STANDING, MOVING = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
+STANDING, MOVING_ON = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
 LARGEST_LIFTED = 4000  # users times ticks times axes
-LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB
-
-
-class Output(NamedTuple):
-    """One lifted output y = C z + D f; rows, and columns of D, by
-    ``(user * ticks + tick) * dof + axis``.
-    """
-
-    state: Array  # C, (users * ticks * dof, n)
-    through: Array  # D, (users * ticks * dof, users * ticks * dof)
 
 
 class Linear:
-    """The linear model of one scenario, or of several side by side."""
+    """The linear model of one loop, or of several side by side, packets under way as states."""
 
-    def __init__(
-        self,
-        loop: Hyperperiod,
-        columns: dict[StateName, int],  # of every state
-        rows: Array,  # (runs, states, states and inputs), the states after the hyperperiod
-        read: dict[str, Array],  # (runs, signals, states and inputs), what was read of them
-    ) -> None:
-        n, several = len(columns), loop.dof > 1
-        self.loop, self.columns, self.rows, self.read = loop, columns, rows, read
-        self.ticks = loop.ticks  # of the hyperperiod
-        self.states = [f"{name}, axis {axis}" if several else name for name, axis in columns]
-        self.matrices = rows[:, :, :n]  # A of every run, (runs, n, n)
-        # Of the first run: A, (n, n); B, (n, inputs), per N of a hand pushing the device; outputs.
-        self.transition, self.inputs = np.split(rows[0], [n], axis=1)
-        self.outputs = {name: Output(y[0, :, :n], y[0, :, n:]) for name, y in read.items()}
+    def __init__(self, loop: LinearLoop) -> None:
+        late = put_in(loop)
+        whole = held(late, late.delays > 0)
+        n = len(whole.states)
+        stepped = np.delete(whole.matrix, np.s_[n : n + loop.sent], axis=1)
+        kept, rows = reduced(stepped, placed(whole.states))
+        names = [whole.states[j] for j in kept]
+        n = self.count = len(kept)
+        self.loop, self.ticks = loop, loop.ticks
+        self.columns = {name: index for index, name in enumerate(names)}
+        self.states = [f"{name}, axis {axis}" if loop.dof > 1 else name for name, axis in names]
+        self.matrices = rows[:, :n, :n]  # A of every run, (runs, n, n)
+        self.transition = self.matrices[0]
 
     @cached_property
     def quotient(self) -> tuple[Array, Integers]:
@@ -79,6 +66,16 @@ class Linear:
     def radii(self) -> Array:
         """Return the spectral radius of every run without rigid motions."""
         return np.asarray(np.abs(np.linalg.eigvals(self.quotient[0])).max(axis=-1))
+
+    @property
+    def motions(self) -> int:
+        """Number of rigid motions of the first run."""
+        return int(self.quotient[1][0])
+
+    def largest(self) -> complex:
+        """Return the longest eigenvalue of the first run."""
+        values = np.linalg.eigvals(self.quotient[0][0])
+        return complex(values[np.argmax(np.abs(values))])
 
     def stable(self) -> Flags:
         """Tell of every run whether it is stable."""
@@ -90,100 +87,22 @@ def stable(radius: Any) -> Any:
     return radius <= 1.0 + ROUNDING
 
 
-def linearize(
-    *runs: Scenario, live: bool = False, weights: Sequence[int] = (), outputs: bool = False
-) -> Linear:
-    """Return the linear model of scenarios without inputs; parameters as :class:`.loop.Loop`,
-    raises what :func:`.outside.checked` raises.
+def build(scenario: Scenario, *, live: bool = False) -> LinearLoop:
+    """Return the loop of a scenario, with the hands' forces and what is read; PmwvcError also for
+    too many inputs.
     """
-    loop_of = kept_loop if len(runs) == 1 else kept_loop.__wrapped__
-    loop = loop_of(*runs, live=live, weights=tuple(weights))
-    return model_of(loop, list(loop.paths), *loop.around(outputs=outputs))
-
-
-@lru_cache(maxsize=8)
-def kept_loop(*runs: Scenario, live: bool, weights: tuple[int, ...]) -> Hyperperiod:
-    """Return a loop: one for all that is asked of a scenario in a row."""
-    return checked(*runs, live=live, weights=weights)
-
-
-def build(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Linear:
-    """Return the model of a scenario, with inputs and outputs; NonlinearError if an element is not
-    linear, PmwvcError if the hyperperiod is too long, or there are too many states or inputs.
-    """
-    loop = checked(scenario, live=live, weights=weights)
-    lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.paths) * loop.dof
-    if states > LARGEST_STATES:
-        raise PmwvcError(
-            f"{scenario.name}: {states} states, nearly all of them packets in flight, "
-            f"more than {LARGEST_STATES}; shorten link.delay_s (pmwvc stability takes any delay)"
-        )
-    if lifted > LARGEST_LIFTED:
+    dof, ticks = axes_of(scenario), hyperperiod_ticks(scenario)
+    if (lifted := len(scenario.users) * ticks * dof) > LARGEST_LIFTED:
         raise PmwvcError(
             f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod, along each "
             f"axis), more than {LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
         )
-    return model_of(loop, list(loop.paths), *loop.around(inputs=True, outputs=True))
+    return put_in(loop_of(scenario, live=live, outputs=True))
 
 
-def spectral_radius(model: Linear) -> float:
+def spectral_radius(loop: LinearLoop) -> float:
     """Return the largest length of an eigenvalue of A without rigid motions."""
-    return float(model.radii()[0])
-
-
-def model_of(
-    loop: Hyperperiod, states: Sequence[StateName], rows: Array, read: dict[str, Array]
-) -> Linear:
-    """Return the model of what was stepped, on those of its states that matter."""
-    kept, whole = reduced(np.concatenate([rows, *read.values()], axis=1), placed(states))
-    columns = {states[j]: index for index, j in enumerate(kept)}
-    ends = np.cumsum([len(kept), *(each.shape[1] for each in read.values())])[:-1]
-    left, *signals = np.split(whole, ends, axis=1)
-    return Linear(loop, columns, left, dict(zip(read, signals, strict=True)))
-
-
-def placed(states: Iterable[StateName]) -> Flags:
-    """Tell of every state whether it is one that gives a rigid motion ``(n,)``."""
-    return np.array([name.endswith(PLACED) for name, _ in states], dtype=np.bool_)
-
-
-def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
-    """Return the states that matter, and the matrix on them alone.
-
-    ``whole`` is ``(runs, n and signals, n and inputs)``: the n states after a step, and what is
-    read of them otherwise; ``always`` are ``(n,)`` states that matter in any case.
-    """
-    n, whole = len(always), whole.copy()
-    filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run
-    kept = np.arange(n)
-    while True:
-        twins = _twins(whole, kept, always)
-        for twin, first in twins.items():
-            whole[:, :, first] += whole[:, :, twin]
-            filled[:, first] = np.any(whole[:, :, first] != 0.0, axis=0)
-        still = np.setdiff1d(kept, list(twins))
-        own = still[:, np.newaxis] == np.arange(whole.shape[2])
-        columns = np.r_[still, n : whole.shape[2]]
-        driven = np.any((filled[still] & ~own)[:, columns], axis=1)
-        others = filled[still] & ~(own & (whole[0, still] == 1.0))  # a sum only it reads is none
-        seen = others.any(axis=0) | filled[n:].any(axis=0)
-        left = still[always[still] | (driven & seen[still])]
-        gone = np.setdiff1d(kept, left)
-        whole[:, :, gone], filled[:, gone] = 0.0, False
-        if len(left) == len(kept):
-            rows = np.r_[kept, n : whole.shape[1]]
-            return kept.tolist(), whole[:, rows[:, np.newaxis], np.r_[kept, n : whole.shape[2]]]
-        kept = left
-
-
-def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
-    """Return states that are equal to an earlier one after every step."""
-    first: dict[bytes, int] = {}  # by their rows in every run
-    return {
-        j: earlier
-        for j in kept.tolist()
-        if (earlier := first.setdefault((whole[:, j] + 0.0).tobytes(), j)) != j and not always[j]
-    }
+    return float(Linear(loop).radii()[0])
 
 
 def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:
@@ -217,7 +136,7 @@ def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:
     still = whole(rows[:, held:].swapaxes(1, 2), 0.0)
     driven = np.concatenate([columns[..., :held] * sizes[:, np.newaxis, :held], -left(still)], 2)
     _, sizes, turns = np.linalg.svd(driven, full_matrices=False)
-    free = (sizes <= MOVING * np.maximum(sizes[:, :1], 1.0))[:, ::-1]
+    free = (sizes <= MOVING_ON * np.maximum(sizes[:, :1], 1.0))[:, ::-1]
     along = (turns[:, ::-1] * free[..., np.newaxis]).swapaxes(1, 2)  # uniform motions, then zeros
     uniform = whole(rows[:, :held].swapaxes(1, 2) @ along[:, :held], still @ along[:, held:])
     basis = np.linalg.qr(np.concatenate([still, uniform], axis=2))[0]

@@ -1,23 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When ends step, send and read, and links with a constant delay.
+"""When ends step, send and look, and links with a constant delay as shifts of what is sent.
 
-Who reads takes the newest packet that has arrived: the last one sent ``delay`` ticks ago or
-earlier. Packets under way are part of the state.
+Over a hyperperiod of N ticks an end sends packets at the slots 0, 1, ... and looks at others. One
+that arrives at tick a was sent at a - delay: in slot ((a - delay) mod N)/period of so many
+hyperperiods ago. What comes in at an end repeats with the delay modulo the sender's period; all
+else of a delay is a number of hyperperiods.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pmwvc_core.frame import AT_ONCE, LIVE
-from pmwvc_core.law.channel.arrivals import StrictArrivals
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.vectors import plus, scaled, zero
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
-
-AMPLE_J = 1e3  # a frame: more than any wave of the model needs, so the account never binds
-SIGNALS = ("wave", "position", "extra")  # of a packet, as far as controllers read them
 
 
 def hyperperiod_ticks(scenario: Scenario) -> int:
@@ -43,79 +39,59 @@ class Times(NamedTuple):
         """Tell whether it happens at this tick."""
         return (tick - self.phase) % self.period == 0
 
-    def last(self, tick: int) -> int:
-        """Return when it happened last, this tick included."""
-        return tick - (tick - self.phase) % self.period
 
-    def ages(self, sent: "Times", delay: int, ticks: int) -> list[int]:
-        """Return how old packets are when they are looked at, over so many ticks [ticks]."""
-        looks = range(self.phase, self.phase + ticks, self.period)
-        return [look - sent.last(look - delay) for look in looks]
+EVERY_TICK = Times(1, 0)
 
 
-def times_of(user: User, scenario: Scenario, *, live: bool) -> tuple[Times, Times, Times]:
-    """Return when a user sends and when it takes an answer, and when the server steps."""
-    schedule = LIVE if live else AT_ONCE
-    period, frame = scenario.period_ticks, user.master.rate_drop
-    answer = schedule.answer_tick(tick_s=user.master.tick_s, rate_drop=frame)
-    serve = schedule.server_tick(tick_s=scenario.tick_s, period_ticks=period)
-    return Times(frame, 0), Times(frame, answer), Times(period, serve)
+class LinkWay(NamedTuple):
+    """A link in one direction."""
+
+    sent: Times
+    looked: Times  # when the receiver looks
+    delay: int  # [ticks]
+
+    def ages(self, ticks: int) -> list[int]:
+        """Return how old the newest packet is at each look, over so many ticks [ticks]."""
+        of, looks = self.sent, range(self.looked.phase, self.looked.phase + ticks, self.looked[0])
+        return [self.delay + (look - self.delay - of.phase) % of.period for look in looks]
+
+    @property
+    def pattern(self) -> "LinkWay":
+        """The shortest delay with the same arrivals at the receiver."""
+        return self._replace(delay=self.delay % self.sent.period)
+
+    def arrivals(self, look: int, ticks: int = 0) -> range:
+        """Return when packets arrive that are new at a look, and at those of more ticks."""
+        first = look - self.looked.period + 1
+        first += (self.sent.phase + self.delay - first) % self.sent.period
+        return range(first, look + max(ticks - self.looked.period, 0) + 1, self.sent.period)
+
+    def wires(self, ticks: int) -> list[tuple[int, int]]:
+        """Return for every packet that comes in over a hyperperiod its slot at the sender, and how
+        many hyperperiods ago that was.
+        """
+        sent = [tick - self.delay for tick in self.arrivals(self.looked.phase, ticks)]
+        return [(tick % ticks // self.sent.period, -(tick // ticks)) for tick in sent]
 
 
 class LinkTimes(NamedTuple):
     """When a user's end and the server talk to each other."""
 
-    user: User
-    ports: tuple[int, ...]  # numbers of those at the server: several for equal users
-    frame: Times  # when it sends
-    answer: Times  # when it takes an answer
-    serve: Times  # when the server steps
-    delay_up: int  # to the server [ticks]
-    delay_down: int  # from the server [ticks]
-    tick_s: float
+    up: LinkWay
+    down: LinkWay
+    taken: Times  # when the user's end takes an answer into its port
 
 
-def line_of(user: User, scenario: Scenario, ports: tuple[int, ...], *, live: bool) -> LinkTimes:
-    """Return the line of a user."""
+def link_times(user: User, scenario: Scenario, *, live: bool) -> LinkTimes:
+    """Return when packets of a user and answers to it are sent and looked at."""
+    schedule, frame = LIVE if live else AT_ONCE, user.master.rate_drop
+    period, tick_s = scenario.period_ticks, scenario.tick_s
+    answer = schedule.answer_tick(tick_s=user.master.tick_s, rate_drop=frame)
+    serve = Times(period, schedule.server_tick(tick_s=tick_s, period_ticks=period))
     up, down = (
-        delay_ticks(link, tick_s=scenario.tick_s, live=live)
-        for link in (user.link_up, user.link_down)
+        delay_ticks(link, tick_s=tick_s, live=live) for link in (user.link_up, user.link_down)
     )
-    return LinkTimes(user, ports, *times_of(user, scenario, live=live), up, down, scenario.tick_s)
-
-
-class PacketUnderWay(NamedTuple):
-    """A packet under way."""
-
-    tick: int  # of its sending
-    arrives: int
-    packet: Packet
-
-
-UnderWay = tuple[PacketUnderWay, ...]
-
-
-def arrived(way: UnderWay, tick: int) -> tuple[UnderWay, list[Packet]]:
-    """Return what is under way still, and the packets that have arrived: with sums from zero on
-    (:func:`sums_anew`), and energy for whatever a playout does with a wave.
-    """
-    packets: list[Packet] = []
-    while way and way[0].arrives <= tick:
-        packet, way = way[0].packet, way[1:]
-        integral = scaled(packet.wave, packet.period_s)
-        if packets:
-            integral = plus(packets[-1].integral, integral)
-        energy_j = AMPLE_J * (1 + len(packets))
-        first = packet.number == 1
-        packets.append(packet._replace(integral=integral, energy_j=energy_j, fresh=first))
-    return way, packets
-
-
-def sums_anew(s: Any) -> Any:
-    """Let the sums that a strict receiver believes begin at zero."""
-    arrivals = s.arrivals
-    if not isinstance(arrivals, StrictArrivals):
-        return s
-    counting = arrivals.counting
-    counting = counting._replace(integral=zero(counting.integral), energy_j=0.0)
-    return s._replace(arrivals=arrivals._replace(counting=counting))
+    sends = Times(frame, 0)
+    return LinkTimes(
+        LinkWay(sends, serve, up), LinkWay(serve, EVERY_TICK, down), Times(frame, answer)
+    )

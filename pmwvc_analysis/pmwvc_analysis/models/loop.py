@@ -1,159 +1,204 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both ends of a scenario, stepped tick by tick in the order of the simulator, or with the phases
-of a live session (:data:`pmwvc_core.frame.LIVE`). Links have a constant delay; there are
-no limits and no brakes.
+"""A loop of ends that are known by themselves, and of links that shift what is sent there.
 
-The clocks of the playouts do not depend on signals (:mod:`pmwvc_core.law.channel.pace`). Where
-frames and steps are not equally long, segments come early and late in turn; the lag that follows
-them comes to one course around the hyperperiod, whatever the beginning was, and the model holds
-for that.
+With z the states of all ends, w what comes in, u what is sent, f the hands' forces held over every
+tick and y motion and force at the start of every tick, lifted over a hyperperiod::
 
-Equations: docs/theory.md 15.3.
+    (z(n+1), u(n), y(n)) = M (z(n), w(n), f(n)),      w_j(n) = u_i(n - delay_j)
+
+A packet that comes in within the hyperperiod in which it was sent is put in (``delay_j = 0``); it
+was sent before, so there is no algebraic loop. Packets on longer ways are states of their own, or
+a delay, whatever its length.
 """
 
-import functools
-import itertools
-import math
 from collections.abc import Sequence
-from typing import Any
+from typing import NamedTuple
 
-from pmwvc_analysis.models import links
-from pmwvc_analysis.models.elements import lifted
-from pmwvc_analysis.models.ends import LoopState, made
-from pmwvc_analysis.models.linear import axes_of, require_linear
-from pmwvc_core.errors import PmwvcError
-from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
-from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.channel.playout import add
-from pmwvc_core.law.port.master import Sample
-from pmwvc_core.law.server_step import server_step
-from pmwvc_core.law.user_tick import begin, send, user_tick
-from pmwvc_core.law.vectors import Vector, zero
-from pmwvc_core.plant.device import device_step
+import numpy as np
+
+from pmwvc_analysis.models.ends import Slot
+from pmwvc_analysis.models.linear import axes_of
+from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
+from pmwvc_analysis.models.matrices import matrices
+from pmwvc_analysis.models.response import EndMatrix, Signal, StateName
+from pmwvc_core.numeric import Array, Complex, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
-AT_REST = send, begin, user_tick, server_step, device_step  # on plain numbers, quicker
-LIFTED = tuple(map(lifted, AT_REST))
-LONGEST = 20000  # ticks of a hyperperiod
-SETTLED_S = 30.0  # many times as long as the lag takes to follow
-STORE_S = 0.1  # more than a settled playout has in store
 
+class LinearLoop(NamedTuple):
+    """Loops of several runs, ``matrix (runs, states sent read, states came forces)``."""
 
-class LinearLoop:
-    """Both ends of scenarios and the links in between, brought to rest up to tick 0.
-
-    Scenarios differ in what is :func:`.variation.stackable`. ``live`` takes the phases of a live
-    session instead of the simulator's; ``weights`` are how many users like it each user stands
-    for: so many avatars move together.
-    """
-
-    def __init__(self, *runs: Scenario, live: bool = False, weights: Sequence[int] = ()) -> None:
-        require_linear(runs[0])
-        self.scenario = scenario = runs[0]
-        self.runs, self.tick_s, self.live, self.weights = len(runs), scenario.tick_s, live, weights
-        self.ticks, self.dof = links.hyperperiod_ticks(scenario), axes_of(scenario)  # of the model
-        if self.ticks > LONGEST:
-            raise PmwvcError(
-                f"{scenario.name}: frames and server period fit together only after {self.ticks} "
-                f"ticks, more than {LONGEST}; choose rate_drop and period_s with common factors"
-            )
-        ports = itertools.count()
-        self.lines = [
-            links.line_of(user, scenario, tuple(itertools.islice(ports, n)), live=live)
-            for user, n in zip(scenario.users, weights or [1] * len(scenario.users), strict=True)
-        ]
-        self.s, self.p = made(runs, self.lines, self.dof)
-        # Every link has answered by tick 0, and what playouts had in store before is played: whole
-        # hyperperiods before tick 0, and before the clocks of the playouts are set.
-        apart = 4 * max(max(line.frame.period, line.serve.period) for line in self.lines)
-        answered, played = max(line.delay_up + line.delay_down for line in self.lines) + apart, 0
-        if scenario.strict:
-            played = apart + math.ceil(STORE_S / scenario.tick_s)
-        settled = -self.ticks * -(-played // self.ticks)
-        whole = -(-answered // self.ticks) + 2 * scenario.strict
-        self._start = settled - self.ticks * whole
-        for tick in range(self._start, 0):
-            if scenario.strict and tick == settled:
-                self.s = _with_paces(self.s, self.lines)
-            self.advance(tick, self.still, AT_REST if self.runs == 1 else LIFTED)
+    scenario: Scenario  # of the first run
+    live: bool
+    ticks: int  # of the hyperperiod
+    dof: int
+    states: list[StateName]
+    sent: int  # numbers of all packets of a hyperperiod
+    matrix: Array
+    sources: Integers  # of everything that comes in, the number of what is sent
+    delays: Integers  # [hyperperiods]
+    ways: Integers  # numbers of users from 1 on; on the way down below zero
 
     @property
-    def still(self) -> list[Vector]:
-        """No force on any device."""
-        return [(0.0,) * self.dof for _ in self.lines]
+    def tick_s(self) -> float:
+        """Period of every force loop [s]."""
+        return self.scenario.tick_s
 
-    def advance(
-        self, tick: int, forces: Sequence[Vector], laws: tuple[Any, ...] = ()
-    ) -> list[tuple[Vector, Vector, Vector]]:
-        """Go one tick on under the hands' forces; return x, xd and f of every user."""
-        send_, begin_, tick_, step_, device_ = laws or LIFTED
-        number = tick - self._start
-        now_ns = number * round(self.tick_s * 1e9)
-        s, server = self.s, self.s.server
-        loops, devices, up, down = map(list, (s.loops, s.devices, s.up, s.down))
-        samples = [Sample(device.read_x, device.read_xd, True, now_ns) for device in devices]
-        for i, line in enumerate(self.lines):
-            if line.frame.due(tick):
-                p = self.p.loops[i]
-                loops[i], packet, _ = send_(loops[i], now_ns, samples[i], False, p)
-                loops[i] = begin_(loops[i], number, p)
-                up[i] += (links.PacketUnderWay(tick, tick + line.delay_up, packet),)
-        if self.lines[0].serve.due(tick):
-            came: list[list[Packet]] = []  # by port: equal users have the same
-            for i, line in enumerate(self.lines):
-                up[i], packets = links.arrived(up[i], tick)
-                came += [packets] * len(line.ports)
-            server = server._replace(guests=tuple(map(links.sums_anew, server.guests)))
-            server, answers = step_(server, now_ns, tuple(came), 0.0, self.p.server)
-            for i, line in enumerate(self.lines):
-                packet, sends = answers[line.ports[0]]
-                if sends:
-                    down[i] += (links.PacketUnderWay(tick, tick + line.delay_down, packet),)
-        out = []
-        for i, sample in enumerate(samples):
-            down[i], packets = links.arrived(down[i], tick)
-            loop = links.sums_anew(loops[i]) if packets else loops[i]
-            loops[i], f_m, f = tick_(loop, number, now_ns, sample, packets, self.p.loops[i])
-            devices[i], _, _ = device_(devices[i], forces[i], f, self.p.devices[i])
-            out.append((sample.x, sample.xd, f_m))
-        self.s = LoopState(tuple(loops), tuple(devices), server, tuple(up), tuple(down))
-        return out
+    @property
+    def came(self) -> Integers:
+        """Columns of what comes in."""
+        return np.asarray(len(self.states) + np.arange(len(self.sources)))
+
+    @property
+    def system(self) -> tuple[Array, Array]:
+        """The first run's rows for states and what comes in, and for what is read, by states, what
+        comes in and forces.
+        """
+        n, whole = len(self.states), self.matrix[0]
+        return np.concatenate([whole[:n], whole[n + self.sources]]), whole[n + self.sent :]
+
+    def equations(self, z: Complex) -> Complex:
+        """Return [zI - A, -B; -C, z^delay I - D] of the first run at points of the z-plane
+        ``(points, n, n)``, for states and what comes in.
+        """
+        rows, _ = self.system
+        delays = np.r_[np.ones(len(self.states), dtype=np.int64), self.delays]
+        turned = (z[:, np.newaxis] ** delays)[:, :, np.newaxis]
+        return np.asarray(turned * np.eye(len(rows)) - rows[:, : len(rows)])
 
 
-def _with_paces(s: LoopState, lines: list[links.LinkTimes]) -> LoopState:
-    """Return both ends with playouts whose clocks have settled."""
+class System(NamedTuple):
+    """A linear system with n states, [A, B; C, D]."""
 
-    def settled(end: Any, pace: Pace) -> Any:
-        playout = end.arrivals.playout
-        stored = add(playout, zero(playout.undelivered), 0.0, STORE_S)
-        return end._replace(arrivals=end.arrivals._replace(playout=stored._replace(pace=pace)))
+    matrix: Array
+    n: int
 
-    loops, guests = list(s.loops), list(s.server.guests)
-    for i, line in enumerate(lines):
-        up, down = settled_paces(line)
-        loops[i] = settled(loops[i], down)
-        for port in line.ports:
-            guests[port] = settled(guests[port], up)
-    return s._replace(loops=tuple(loops), server=s.server._replace(guests=tuple(guests)))
+    def poles(self) -> Complex:
+        """Return the eigenvalues of A."""
+        return np.asarray(np.linalg.eigvals(self.matrix[: self.n, : self.n]).astype(complex))
+
+    @property
+    def growth(self) -> float:
+        """The length of the longest eigenvalue of A; 0 without a state."""
+        return float(np.abs(self.poles()).max(initial=0.0))
+
+    def angles_near(self, width: Array, widths: Array) -> Array:
+        """Return angles so many widths [rad] before and behind that of every pole."""
+        steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
+        return np.ravel(np.abs(np.angle(self.poles()))[:, np.newaxis] + steps)
+
+    def response(self, z: Complex) -> Complex:
+        """Return what goes out per what comes in ``(points, outputs, inputs)`` at points of the
+        z-plane.
+        """
+        n, whole = self.n, self.matrix
+        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(n) - whole[:n, :n]
+        driven = np.linalg.solve(resolvent, whole[:n, n:].astype(np.complex128))
+        return np.asarray(whole[n:, :n] @ driven + whole[n:, n:])
 
 
-def settled_paces(line: links.LinkTimes) -> tuple[Pace, Pace]:
-    """Return a user's settled clocks where a hyperperiod begins: at server and device."""
-    up = _settled(line.frame, line.delay_up % line.frame.period, line.serve, line.tick_s)
-    down = line.serve, line.delay_down % line.serve.period, links.Times(1, 0)
-    return up, _settled(*down, line.tick_s)
+def loop_of(*runs: Scenario, live: bool = False, outputs: bool = False) -> LinearLoop:
+    """Return the loop of scenarios that differ in what is :func:`.variation.stackable`; ``live``
+    takes the phases of a live session instead of the simulator's. NonlinearError if something is
+    not linear, PmwvcError if the hyperperiod is too long.
+    """
+    scenario = runs[0]
+    parts, which = zip(*matrices(runs, live, outputs), strict=True)
+    times = [link_times(user, scenario, live=live) for user in scenario.users]
+    ticks, (states, matrix) = hyperperiod_ticks(scenario), _joined(parts, which)
+    sources, delays, ways = _wires(parts, times, ticks)
+    n, used = len(states), len(states) + np.arange(len(sources))
+    read = np.flatnonzero(matrix[:, :, used].any(axis=(0, 1)))  # what of the packets counts
+    kept = np.r_[:n, n + read, n + len(sources) : matrix.shape[2]]
+    wires = sources[read], delays[read], ways[read]
+    dof = axes_of(scenario)
+    sent = sum(len(part.sent) for part in parts)
+    return LinearLoop(scenario, live, ticks, dof, states, sent, matrix[:, :, kept], *wires)
 
 
-@functools.lru_cache(maxsize=4096)
-def _settled(sent: links.Times, delay: int, steps: links.Times, tick_s: float) -> Pace:
-    """Return the clock of a receiver that steps at its times; delay in ticks."""
-    ticks, pace = math.lcm(sent.period, steps.period), RESTING_PACE
-    arrival = (sent.phase + delay) % sent.period
-    for look in range(steps.phase, ticks * math.ceil(SETTLED_S / (ticks * tick_s)), steps.period):
-        while arrival <= look:
-            pace = pace_arrive(pace, sent.period * tick_s)
-            arrival += sent.period
-        if arrival >= sent.period:
-            pace, _, _ = pace_step(pace, steps.period * tick_s)
-    return pace
+def put_in(loop: LinearLoop) -> LinearLoop:
+    """Return a loop in which packets of the same hyperperiod no longer come in: w = (I - P D)^-1 P
+    (C z + ...), with P D nilpotent.
+    """
+    n, now = len(loop.states), loop.delays == 0
+    rows = loop.matrix[:, n + loop.sources[now]]
+    left = np.setdiff1d(np.arange(loop.matrix.shape[2]), loop.came[now])
+    ahead = np.eye(int(np.sum(now))) - rows[:, :, loop.came[now]]
+    came = np.linalg.solve(ahead, rows[:, :, left])
+    matrix = loop.matrix[:, :, left] + loop.matrix[:, :, loop.came[now]] @ came
+    return _with_wires(loop._replace(matrix=matrix), ~now)
+
+
+def held(loop: LinearLoop, which: Flags) -> LinearLoop:
+    """Return a loop with the packets of some wires as states, one for each hyperperiod."""
+    n, delays, came = len(loop.states), loop.delays[which], loop.came[which]
+    first = np.cumsum(delays) - delays  # of the packets of each wire
+    m = int(delays.sum())
+    passed = np.zeros((*loop.matrix.shape[:2], m))
+    passed[:, :, first + delays - 1] = loop.matrix[:, :, came]
+    others = np.delete(loop.matrix, came, axis=2)
+    whole = np.concatenate([others[:, :, :n], passed, others[:, :, n:]], axis=2)
+    packets = np.zeros((len(whole), m, whole.shape[2]))
+    packets[:, first] = whole[:, n + loop.sources[which]]
+    later = np.setdiff1d(np.arange(m), first)
+    packets[:, later, n + later - 1] = 1.0
+    whole = np.concatenate([whole[:, :n], packets, whole[:, n:]], axis=1)
+    names = [(f"packet under way {k}", 0) for k in range(1, m + 1)]
+    return _with_wires(loop._replace(states=loop.states + names, matrix=whole), ~which)
+
+
+def _with_wires(loop: LinearLoop, which: Flags) -> LinearLoop:
+    kept = loop.sources[which], loop.delays[which], loop.ways[which]
+    return loop._replace(sources=kept[0], delays=kept[1], ways=kept[2])
+
+
+def _joined(
+    parts: Sequence[EndMatrix], which: Sequence[Integers]
+) -> tuple[list[StateName], Array]:
+    """Return the ends as one, with all states, all packets and all forces in a row."""
+    sizes = [(len(each.states), len(each.sent), each.read) for each in parts]
+    forces = [each.matrix.shape[2] - len(each.states) - len(each.came) for each in parts]
+    of_columns = [
+        (len(each.states), len(each.came), n) for each, n in zip(parts, forces, strict=True)
+    ]
+    rows, columns = _places(sizes), _places(of_columns)
+    whole = np.zeros((len(which[0]), sum(map(sum, sizes)), sum(map(sum, of_columns))))
+    for part, runs, of_part, by in zip(parts, which, rows, columns, strict=True):
+        whole[:, of_part[:, np.newaxis], by] = part.matrix[runs]
+    return [name for each in parts for name in each.states], whole
+
+
+def _places(sizes: Sequence[Sequence[int]]) -> list[Integers]:
+    """Return where parts of each kind come to stand: all of the first kind of all ends before
+    those of the second one.
+    """
+    table = np.array(sizes).T  # by kind and end
+    firsts = (np.cumsum(table) - table.ravel()).reshape(table.shape)
+    return [
+        np.concatenate([first + np.arange(n) for first, n in zip(*of_end, strict=True)])
+        for of_end in zip(firsts.T, table.T, strict=True)
+    ]
+
+
+def _wires(
+    parts: Sequence[EndMatrix], times: Sequence[LinkTimes], ticks: int
+) -> tuple[Integers, Integers, Integers]:
+    """Return for everything that comes in the number of what is sent, how many hyperperiods ago,
+    and whose way it is: numbers of users from 1 on, on the way down below zero.
+    """
+    *users, server = parts
+    firsts = np.cumsum([0, *(len(each.sent) for each in users)])
+    up = [each.up.wires(ticks) for each in times]
+    down = [each.down.wires(ticks) for each in times]
+    at_server = {signal: firsts[-1] + at for at, signal in enumerate(server.sent)}
+    found = []
+    for i, end in enumerate(users):
+        for slot, name, axis in end.came:
+            sent, ago = down[i][slot.packet]
+            found.append((at_server[Signal(Slot(i, sent), name, axis)], ago, -1 - i))
+    for slot, name, axis in server.came:
+        sent, ago = up[slot.way][slot.packet]
+        at = users[slot.way].sent.index(Signal(Slot(0, sent), name, axis))
+        found.append((firsts[slot.way] + at, ago, 1 + slot.way))
+    return tuple(np.array(found).T)

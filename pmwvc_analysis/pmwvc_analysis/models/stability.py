@@ -9,17 +9,17 @@ A question may cost some 4 s on one core, counted from sizes alone (ticks, state
 is done: so an answer never depends on how busy a machine is. What costs more is "not known".
 """
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of, require_linear
-from pmwvc_analysis.models.linearize import Linear, linearize
+from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.opened import Opened, is_long, opened
-from pmwvc_analysis.models.variation import subproblems, with_stiffness
+from pmwvc_analysis.models.long_delays import Long, is_long
+from pmwvc_analysis.models.loop import LinearLoop, loop_of
+from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.names import varied
@@ -33,7 +33,7 @@ LARGEST_BATCH = 512
 ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
 RADIUS = 30  # circles to draw for a radius
 ALLOWED = 4e9  # work of a question, about nanoseconds, as measured on one core of 2024
-TICK, ENTRY = 2.5e5, 1e2  # of one user in one tick, and of every number it steps
+TICK, ENTRY = 5e5, 1e2  # of one user in one tick, and of every number it steps
 STATES = 30  # of a user, before they are counted
 CUBE = 10.0  # eigenvalues of a matrix, per n^3
 CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round
@@ -50,12 +50,12 @@ class StabilityWork:
         self._scenario, self._left = scenario, ALLOWED * questions
 
     def stepping(self, runs: Sequence[Scenario]) -> None:
-        """Count bringing a loop to rest, and stepping it around its hyperperiod."""
-        part, users, ticks = runs[0], runs[0].users, hyperperiod_ticks(runs[0])
-        longest_s = max(way.delay_s for user in users for way in (user.link_up, user.link_down))
-        before = 0.0 if is_long(part) else 2.0 * longest_s / part.tick_s
-        entries = ticks * ENTRY * len(runs) * STATES * axes_of(part) * len(users)
-        self.count(len(users) * ((3 * ticks + before) * TICK + entries))
+        """Count stepping all ends around their hyperperiod, twice, with packets as columns."""
+        part, ticks = runs[0], hyperperiod_ticks(runs[0])
+        packets = sum(2 * ticks // user.master.rate_drop for user in part.users)
+        steps = len(part.users) * (ticks + ticks // part.period_ticks)
+        columns = (STATES + packets) * axes_of(part) * len(runs)
+        self.count(2.0 * steps * (TICK + columns * ENTRY))
 
     def count(self, more: float, what: str = "") -> None:
         """Count work on something; UnknownError where it is more than allowed."""
@@ -88,32 +88,31 @@ def radii(*runs: Scenario, live: bool = False) -> Array:
     """
     for run in runs[1:]:  # the first one is looked at by each loop
         require_linear(run)
-    models = list(_models(runs, StabilityWork(runs[0], len(runs)), live=live, circles=RADIUS))
-    ticks = math.lcm(*(model.ticks for model in models))
-    found = [model.radii() ** (ticks // model.ticks) for model in models]
-    return np.asarray(np.max(found, axis=0))
+    model = _model(runs, StabilityWork(runs[0], len(runs)), live=live, circles=RADIUS)
+    return model.radii()
 
 
-def _models(
+def _model(
     runs: Sequence[Scenario], work: StabilityWork, *, live: bool, circles: int
-) -> Iterator[Linear | Opened]:
-    """Yield the models of the smaller problems of scenarios; work is counted before it is done, so
-    many circles for one that is open at long delays.
+) -> Linear | Long:
+    """Return the model of scenarios; work is counted before it is done, so many circles for one
+    with long delays.
     """
-    for part in subproblems(*runs):
-        of: dict[str, Any] = {"live": live, "weights": part.weights}
-        work.stepping(part.runs)
-        if is_long(part.runs[0], live=live):
-            long = opened(*part.runs, **of)
-            for signals, states in (loci.size for loci in long.loci):
-                cost = circles * CIRCLE * max(states, 1) * signals
-                work.count(cost, f"packets of {count(signals, 'signal')} on a long way")
-            yield long
-        else:
-            dense = linearize(*part.runs, **of)
-            states = len(dense.states) - int(dense.quotient[1].min())
-            work.count(CUBE * len(runs) * states**3, f"{states} states")
-            yield dense
+    work.stepping(runs)
+    model = model_of(loop_of(*runs, live=live))
+    if isinstance(model, Long):
+        for signals, states in (loci.size for loci in model.loci):
+            cost = circles * CIRCLE * max(states, 1) * signals
+            work.count(cost, f"packets of {count(signals, 'signal')} on a long way")
+    else:
+        states = model.count - int(model.quotient[1].min())
+        work.count(CUBE * len(runs) * states**3, f"{states} states")
+    return model
+
+
+def model_of(loop: LinearLoop) -> Linear | Long:
+    """Return the model of loops: of a matrix, or with long delays apart."""
+    return Long(loop) if is_long(loop) else Linear(loop)
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> StabilityLimit:
@@ -123,14 +122,12 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> St
     def at(stiffness: Array) -> Flags:
         """Tell where the loop is stable: quicker than radii at long delays."""
         stiff = [with_stiffness(scenario, each) for each in stiffness]
-        models = _models(stiff, work, live=live, circles=1)
-        return np.asarray(np.all([model.stable() for model in models], axis=0))
+        return _model(stiff, work, live=live, circles=1).stable()
 
     try:
-        if not any(is_long(part.runs[0], live=live) for part in subproblems(scenario)):
-            models = _models([scenario], work, live=live, circles=0)
-            states = max(len(model.states) for model in models if isinstance(model, Linear))
-            fine = float(np.clip(2e6 / states**3, 0.2, 1.0))  # as eigenvalues take their time
+        model = _model([scenario], work, live=live, circles=0)
+        if isinstance(model, Linear):  # as eigenvalues take their time
+            fine = float(np.clip(2e6 / model.count**3, 0.2, 1.0))
         points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
         grid = np.geomspace(LOWEST, bound, points)
         changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))

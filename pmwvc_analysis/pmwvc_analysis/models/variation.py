@@ -1,37 +1,36 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios with other numbers, and the smaller problems that a large one comes apart into.
-
-Scenarios are stepped side by side where they do not differ in what decides when things happen
-(delays, periods, counts, names).
-
-The motion of g equal users is the mean motion, in which they act on the object as one user with g
-times the force, and g - 1 motions against one another, in which their forces cancel: the object
-stays, and each of them has the eigenvalues of one user at a wall. So the eigenvalues of the whole
-loop are those of one user for each group, weighted, and of one user at a wall for each group of
-several. Side, hand and limits do not matter here. (A cube behind a port that does not know it is
-not resolved like a wall, and code of another package may treat users by their order: there, users
-are left apart.)
-
-Axes are coupled by impedance matrices alone. Along principal axes that all of them share each is a
-problem by itself, with the eigenvalues in place of the matrices; equal ones are one problem.
+"""Scenarios with other numbers, which are stepped side by side where they do not differ in what
+decides when things happen (delays, periods, counts, names); and both ends of one as the exact
+model has them: without limits, in contact all the time.
 """
 
-import copy
+import functools
+import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeVar
+from types import SimpleNamespace
+from typing import Any, TypeVar
 
-import numpy as np
-
-from pmwvc_analysis.models.linear import axes_of, outside
-from pmwvc_core.params import LinkParams
+from pmwvc_analysis.models.elements import lifted
+from pmwvc_analysis.models.links import LinkWay
+from pmwvc_core.controllers.plugged import PluggedLaw
+from pmwvc_core.law.channel.arrivals import StrictArrivals
+from pmwvc_core.law.channel.pace import RESTING_PACE, Pace, pace_arrive, pace_step
+from pmwvc_core.law.channel.playout import add
+from pmwvc_core.law.port.counts import resting_counts
+from pmwvc_core.law.vectors import zero
+from pmwvc_core.made.server import resting_server, server_params
+from pmwvc_core.made.user import made_user
+from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.scenario.names import resolved, spec_of
-from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
+from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User
+from pmwvc_core.server.contained import Contained
 
+AMPLE_J = 1e3  # more than any wave of the model needs, so no account ever binds
+LEAST_S = 1e-9  # of a soft start
+SETTLED_S = 30.0  # many times as long as the lag takes to follow
+KEPT = ("tick_s", "brake_stiffness")  # of the limits
 TIMES = ("delay_s", "tick_s", "period_s")  # numbers that decide when things happen
-COMPARED = ("master", "baseline", "own", "device", "contact", "link_up", "link_down")
-Runs = tuple[Scenario, ...]
 T = TypeVar("T")
 
 
@@ -43,9 +42,33 @@ def stackable(name: str) -> bool:
 
 def changed(parameters: T, **values: Any) -> T:
     """Return parameters with other values, which need no check."""
-    found = copy.copy(parameters)
-    vars(found).update(values)
+    found = object.__new__(type(parameters))
+    vars(found).update(vars(parameters) | values)
     return found
+
+
+def with_value(scenario: Scenario, name: str, value: float) -> Scenario:
+    """Return the scenario with another value of a parameter, which needs no check."""
+    number, leaves = resolved(name)
+    for leaf in leaves:
+        _, path, of_user = PARAMETERS[leaf]
+        names = path.split(".")
+        if not of_user:
+            scenario = _with(scenario, names, value)
+            continue
+        users = [
+            _with(user, names, value) if number in (0, index) else user
+            for index, user in enumerate(scenario.users, start=1)
+        ]
+        scenario = changed(scenario, users=tuple(users))
+    return scenario
+
+
+def _with(group: Any, names: Sequence[str], value: float) -> Any:
+    first, *others = names
+    return changed(
+        group, **{first: _with(getattr(group, first), others, value) if others else value}
+    )
 
 
 def with_stiffness(scenario: Scenario, stiffness: float) -> Scenario:
@@ -60,15 +83,6 @@ def with_stiffness(scenario: Scenario, stiffness: float) -> Scenario:
     return changed(scenario, users=tuple(users))
 
 
-def with_links(scenario: Scenario, links: Sequence[tuple[LinkParams, LinkParams]]) -> Scenario:
-    """Return the scenario with other links of each user, up and down."""
-    users = tuple(
-        changed(user, link_up=up, link_down=down)
-        for user, (up, down) in zip(scenario.users, links, strict=True)
-    )
-    return changed(scenario, users=users)
-
-
 def with_impedances(user: User, master: float, server: float | None) -> User:
     """Return a user with numbers as impedances of both ends, None: that of the other [N s/m]."""
     none: dict[str, Any] = {"impedance_matrix": ""}
@@ -79,89 +93,88 @@ def with_impedances(user: User, master: float, server: float | None) -> User:
     )
 
 
-class Subproblem(NamedTuple):
-    """A smaller problem: scenarios, and how many users each of their users stands for."""
-
-    runs: Runs
-    weights: tuple[int, ...]
-
-
-def subproblems(*runs: Scenario) -> list[Subproblem]:
-    """Return smaller problems with, together, all eigenvalues of every scenario."""
-    found = []
-    for single in _along_axes(runs):
-        groups = groups_of(single)
-        found.append(together(single, groups))
-        for group in groups:
-            if len(group) > 1:
-                alone, _ = together(single, [group])
-                found.append(Subproblem(tuple(map(_at_wall, alone)), (1,)))
-    return found
-
-
-def _at_wall(scenario: Scenario) -> Scenario:
-    """Return a scenario with a wall; one that there is stays: a slope it reports is in its law."""
-    if not scenario.environment.movable:
-        return scenario
-    return changed(scenario, server=changed(scenario.server, environment="wall"))
+def user_at_rest(scenario: Scenario, dof: int, answer_tick: int, fed: bool) -> tuple[Any, Any]:
+    """Return state and parameters of the first user's force loop and device, with exact positions;
+    with a position feedback, be it of no gain, where ``fed``.
+    """
+    user = _touching(scenario.users[0])
+    if fed and not user.master.position.is_on:
+        position = changed(user.master.position, gain=math.ulp(0.0))
+        user = changed(user, master=changed(user.master, position=position))
+    s, p = made_user(user, _session(scenario, dof), answer_tick=answer_tick)
+    limits = p.limits._asdict()
+    far: dict[str, Any] = {name: math.inf for name in limits if type(limits[name]) is float}
+    kept = {name: limits[name] for name in KEPT}
+    far |= kept | {"soft_start_s": LEAST_S, "brakes": False}
+    p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
+    if isinstance(law := getattr(p.port, "law", None), PluggedLaw):
+        p = p._replace(port=p.port._replace(law=law._replace(device=lifted(law.device))))
+    if hasattr(s.port, "counts"):
+        exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in s.port.x)
+        s = s._replace(port=s.port._replace(counts=exact, begun=True, node_j=AMPLE_J))
+    device = simulated_params(user.device, scenario.tick_s)
+    return (s, resting_device((0.0,) * dof, device)), (p, device)
 
 
-def _along_axes(runs: Runs) -> list[Runs]:
-    """Return scenarios along each principal axis, equal ones once, or themselves: none shared."""
-    if axes_of(runs[0]) == 1:
-        return [runs]
-    axes = [_by_axis(run) for run in runs]
-    return list(zip(*axes, strict=True)) if len(set(map(len, axes))) == 1 else [runs]
+def server_at_rest(scenario: Scenario, dof: int) -> tuple[Any, Any]:
+    """Return state and parameters of the server, without brakes; what a coupling raises is not
+    contained.
+    """
+    server, session = scenario.server, _session(scenario, dof)
+    if not scenario.coupling.black_box and not scenario.environment.known:
+        server = changed(server, environment="wall")  # a black box only
+    guests = list(map(_touching, scenario.users))
+    p = server_params(guests, session, server)
+    s, e = resting_server(guests, session, p), p.environment
+    if hasattr(e, "brakes"):
+        e = e._replace(brakes=False)
+    if isinstance(getattr(e, "laws", (None,))[0], PluggedLaw):
+        e = e._replace(laws=tuple(each._replace(avatar=lifted(each.avatar)) for each in e.laws))
+    if isinstance(getattr(e, "coupling", None), Contained):
+        e = e._replace(coupling=e.coupling.law)
+    return s, p._replace(environment=e)
 
 
-def _by_axis(scenario: Scenario) -> list[Scenario]:
-    dof, users = axes_of(scenario), scenario.users
-    ends = [b for user in users for b in (user.impedance, user.server_impedance)]
-    matrices = [
-        b.matrix if isinstance(b, MatrixImpedance) else float(b) * np.eye(dof) for b in ends
-    ]
-    mixed = sum(np.sqrt(2.0 + k) * matrix for k, matrix in enumerate(matrices))
-    axes = np.linalg.eigh(mixed).eigenvectors  # shared by all of them, where they share any
-    turned = [axes.T @ matrix @ axes for matrix in matrices]
-    if any(np.abs(b - np.diag(np.diag(b))).max() > ROUNDING * np.abs(b).max() for b in turned):
-        return [scenario]
-    along = np.stack([np.diag(b) for b in turned], axis=1).reshape(dof, -1, 2)
-    found = []
-    for k, impedances in enumerate(along):  # (users, 2), at master and server [N s/m]
-        if not np.isclose(impedances, along[:k], rtol=ROUNDING).all(axis=(1, 2)).any():
-            pairs = zip(users, impedances.tolist(), strict=True)
-            own = tuple(with_impedances(user, *both) for user, both in pairs)
-            found.append(changed(scenario, users=own))
-    return found
+def _session(scenario: Scenario, dof: int) -> Any:
+    """Return the scenario with the axes of the model, which may be too few for it."""
+    return SimpleNamespace(**vars(scenario) | {"dof": dof, "times": scenario.times})
 
 
-def groups_of(runs: Runs, marks: Sequence[object] = ()) -> list[list[int]]:
-    """Return the numbers of users that are equal in every run (and their marks), by group."""
-    first, marks = runs[0], marks or [None] * len(runs[0].users)
-    unknown_cube = first.coupling.black_box and first.environment.movable
-    apart = unknown_cube or bool(outside(first))
-
-    def alike(i: int, j: int) -> bool:
-        pairs = ((run.users[i], run.users[j]) for run in runs)
-        return marks[i] == marks[j] and all(
-            getattr(one, name) == getattr(other, name) for one, other in pairs for name in COMPARED
-        )
-
-    groups: list[list[int]] = []
-    for i in range(len(first.users)):
-        group = next((group for group in groups if not apart and alike(i, group[0])), None)
-        if group is None:
-            groups.append([i])
-        else:
-            group.append(i)
-    return groups
+def _touching(user: User) -> User:
+    """Return a user always in contact and with a local model."""
+    local = changed(user.master.local_model, acts="everywhere")
+    contact = changed(user.contact, contact="bilateral")
+    return changed(user, master=changed(user.master, local_model=local), contact=contact)
 
 
-def together(runs: Runs, groups: Sequence[Sequence[int]]) -> Subproblem:
-    """Return the motion in which the users of a group are one."""
-    # What is done to nodes names users, of which there are fewer here.
-    fewer = (
-        changed(run, users=tuple(run.users[group[0]] for group in groups), disturbances="")
-        for run in runs
-    )
-    return Subproblem(tuple(fewer), tuple(map(len, groups)))
+def sums_anew(s: Any) -> Any:
+    """Let the sums that a strict receiver believes begin at zero."""
+    arrivals = s.arrivals
+    if not isinstance(arrivals, StrictArrivals):
+        return s
+    counting = arrivals.counting
+    counting = counting._replace(integral=zero(counting.integral), energy_j=0.0)
+    return s._replace(arrivals=arrivals._replace(counting=counting))
+
+
+def with_pace(s: Any, pace: Pace, store_s: float) -> Any:
+    """Return a receiver with a clock that has settled, and so much of zeros in store [s]."""
+    playout = s.arrivals.playout
+    stored = add(playout, zero(playout.undelivered), 0.0, store_s)
+    return s._replace(arrivals=s.arrivals._replace(playout=stored._replace(pace=pace)))
+
+
+@functools.lru_cache(maxsize=4096)
+def settled_pace(way: LinkWay, tick_s: float) -> Pace:
+    """Return the settled clock of a receiver where a hyperperiod begins."""
+    sent, looked = way.sent, way.looked
+    ticks, pace = math.lcm(sent.period, looked.period), RESTING_PACE
+    arrival = (sent.phase + way.delay) % sent.period
+    end = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
+    for look in range(looked.phase, end, looked.period):
+        while arrival <= look:
+            pace = pace_arrive(pace, sent.period * tick_s)
+            arrival += sent.period
+        if arrival >= sent.period:
+            pace, _, _ = pace_step(pace, looked.period * tick_s)
+    return pace

@@ -38,7 +38,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks, times_of
+from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks, link_times
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_core.law.channel.pace import EARLY_S, LATE_S
 from pmwvc_core.law.motion import motion
@@ -112,7 +112,7 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     lag += master.tick_s  # the packet leaves one tick after the output it carries
     hold = master.frame_s - master.tick_s
     lag += hold if master.ramps else hold / 2.0
-    phase = times_of(user, scenario, live=live)[1].phase
+    phase = link_times(user, scenario, live=live).taken.phase
     steps = step_lag_s(master, user.device, first_axis(user.impedance), phase)
     lag += steps if touching else -steps
     return float(lag + network_s(user, scenario, live=live) - lead)
@@ -145,23 +145,22 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
     take the newest one at their own times, half a period after the mean delay with jitter.
     """
     ticks, tick_s, age_s = min(hyperperiod_ticks(scenario), MOST_LOOKS), scenario.tick_s, 0.0
-    sends, takes, serves = times_of(user, scenario, live=live)
-    for link, sent, taken in ((user.link_up, sends, serves), (user.link_down, serves, takes)):
+    up, down, taken = link_times(user, scenario, live=live)
+    for link, way in ((user.link_up, up), (user.link_down, down._replace(looked=taken))):
         if any(effect.spreads for effect in active(link)):
-            least = (taken.phase - sent.phase) * tick_s if live else 0.0
-            age_s += max(least, mean_s(link) + 0.5 * taken.period * tick_s)
+            least = (way.looked.phase - way.sent.phase) * tick_s if live else 0.0
+            age_s += max(least, mean_s(link) + 0.5 * way.looked.period * tick_s)
         else:
-            delay = delay_ticks(link, tick_s=tick_s, live=live)
-            age_s += float(np.mean(taken.ages(sent, delay, ticks))) * tick_s
+            age_s += float(np.mean(way.ages(ticks))) * tick_s
     return age_s
 
 
 def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     """Return tau on the strict channel [s]."""
     tick_s, period_s, frame_s = scenario.tick_s, scenario.server.period_s, user.master.frame_s
-    sent, _, served = times_of(user, scenario, live=live)
     delay = round(_latest_s(user.link_up, tick_s, live=live) / tick_s)
-    lag = max(served.ages(sent, delay, hyperperiod_ticks(scenario))) * tick_s
+    up = link_times(user, scenario, live=live).up._replace(delay=delay)
+    lag = max(up.ages(hyperperiod_ticks(scenario))) * tick_s
     lag += _latest_s(user.link_down, tick_s, live=live)
     lag += _lost_s(user.link_up, frame_s) + _lost_s(user.link_down, period_s)
     lag += _held_back_s(user.master.deadband, frame_s)

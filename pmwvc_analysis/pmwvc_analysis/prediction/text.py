@@ -3,25 +3,41 @@
 """The prediction for a session in sentences.
 
 Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes`.
+
+Encoders. On the plain channel, with steps q, the positions measured have the rounding error e,
+evenly spread over q where a grip chatters over several counts. What the anti-aliasing filter H
+lets through of the difference quotient (e_k - e_{k-1})/T_c is in the packets; the environment gets
+
+    P = b q^2/(12 T_c^2) mean of |1 - 1/z|^2 |H|^2 over all frequencies
+
+On the strict channel :mod:`pmwvc_core.master.count_bound` bounds what the port of a hand releases.
+
+Equations: docs/theory.md 14.4.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from pmwvc_analysis.budget.criterion import behind_counts, held
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment, prediction
-from pmwvc_analysis.prediction.encoder import encoder_lines, encoder_noise_w
 from pmwvc_analysis.prediction.lag import lag_is_known
 from pmwvc_analysis.prediction.rendering import press_lines, rendering_lines
 from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
 from pmwvc_core.controllers.record import loop_of
+from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.network.effects import unbounded
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
+from pmwvc_core.wave.filter_design import response
+from pmwvc_core.wave.impedance import largest
 
+POINTS = 16384  # frequencies of a mean
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
     "(channel = strict); no stability margin over delay is computed."
@@ -173,4 +189,30 @@ def _device_lines(scenario: Scenario) -> list[str]:
                 f"carry {1e3 * noise_w:.2g} mW of noise that is not the hand's; the hand port is "
                 "not passive by as much."
             )
+    return found
+
+
+def encoder_noise_w(user: User) -> float:
+    """Return the power of an encoder's noise in the packets of a user [W]."""
+    device, master = user.device, user.master
+    if not device.differences or device.encoder_step_m <= 0.0:
+        return 0.0
+    tick_s, turn = master.tick_s, np.arange(POINTS) / POINTS
+    passed = response(master.filter, turn / tick_s, tick_s=tick_s, rate_drop=master.rate_drop)
+    differenced = np.mean(np.abs(2.0 * np.sin(np.pi * turn) * passed) ** 2)
+    variance = float(device.encoder_step_m) ** 2 / 12.0 / tick_s**2
+    return float(largest(user.impedance) * variance * differenced)
+
+
+def encoder_lines(scenario: Scenario) -> list[str]:
+    """Return in words what the ports behind such encoders may give out; nothing without one."""
+    found = []
+    for user in scenario.users:
+        if not behind_counts(user, scenario):
+            continue
+        words = f"{user.name}: {count_bound(user.master, user.device).text}"
+        if not held(user):
+            kind = user.operator.kind
+            words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
+        found.append(words)
     return found

@@ -4,11 +4,10 @@
 
 A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperperiod of N ticks, the
 input w exp(j theta N n) with w[i, k] = p_i exp(j theta k), p_i a vector where axes are coupled.
-The state follows with (exp(j theta N) - A)^-1 B w. Of what comes out, with its images at theta + 2
-pi j/N, the component at theta is the mean of y(k) exp(-j theta k) over the hyperperiod.
-
-A state that only takes over another one (a delay line has one per packet under way) is that one
-turned back by exp(-j theta N), put in before solving: long delays cost little.
+States and packets follow from the equations of
+:meth:`.loop.LinearLoop.equations` at Z = exp(j theta N), whatever
+the delay. Of what comes out, with its images at theta + 2 pi j/N, the component at theta is the
+mean of y(k) exp(-j theta k) over the hyperperiod.
 
 Equations: docs/theory.md 12.1, 12.2.
 """
@@ -16,18 +15,20 @@ Equations: docs/theory.md 12.1, 12.2.
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
-from pmwvc_analysis.models.linearize import Linear
-from pmwvc_analysis.models.windings import refined
-from pmwvc_core.numeric import Array, Complex, Integers
+from pmwvc_analysis.models.loop import LinearLoop
+from pmwvc_analysis.models.response import OUTPUTS
+from pmwvc_core.numeric import Array, Complex
 
 LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
 AT_ONCE = 4_000_000  # complex numbers: 64 MB
 LOW_HZ = 0.04  # where limits at rest are taken, at most
+PEAK = 1e-7  # relative precision of its frequency
 
 
 def response(
-    model: Linear,
+    loop: LinearLoop,
     frequency_hz: Array,
     *,
     output: str = "x",
@@ -40,54 +41,31 @@ def response(
     rate. ``forces`` are amplitude and sign p_i per user, of several axes of the model ``(users,
     dof)``; by default the one looked at pushes alone along the axis.
     """
-    users, ticks, dof = len(model.loop.lines), model.ticks, model.loop.dof
+    users, ticks, dof = len(loop.scenario.users), loop.ticks, loop.dof
     axis = axis if dof > 1 else 0
     pattern = np.zeros((users, dof))
     if forces is None:
         pattern[user, axis] = 1.0
     else:
         pattern[:] = np.asarray(forces, dtype=float).reshape(users, dof)
-    turns = np.asarray(frequency_hz, dtype=float) * model.loop.tick_s * ticks  # per hyperperiod
+    turns = np.asarray(frequency_hz, dtype=float) * loop.tick_s * ticks  # per hyperperiod
     whole = np.round(turns)
     turns = np.where(np.abs(turns - whole) < LEAST_TURN, whole + LEAST_TURN, turns)
     angle = 2.0 * np.pi * turns / ticks
     wave = np.exp(1j * np.multiply.outer(angle, np.arange(ticks)))  # (points, ticks)
     lifted = np.einsum("ua,pt->puta", pattern, wave).reshape(len(angle), users * ticks * dof)
-    kept, source, steps = _taken_over(model)
-    at = np.searchsorted(kept, source)
-    gather = np.eye(len(kept))[at]  # (states, kept)
-    turn = np.exp(1j * angle * ticks)
-    back = turn[:, np.newaxis] ** -steps  # (points, states)
-    driven = (lifted @ model.inputs[kept].T)[..., np.newaxis]
-    state = np.empty_like(back)
-    some = max(1, AT_ONCE // max(gather.size, 1))
-    for first in range(0, len(angle), some):
-        of = slice(first, first + some)
-        inner = (model.transition[kept] * back[of, np.newaxis, :]) @ gather
-        resolvent = turn[of, np.newaxis, np.newaxis] * np.eye(len(kept)) - inner
-        state[of] = back[of] * np.linalg.solve(resolvent, driven[of])[..., 0][:, at]
-    rows = slice(user * ticks * dof + axis, (user + 1) * ticks * dof, dof)
-    signal = model.outputs[output]
-    values = state @ signal.state[rows].T + lifted @ signal.through[rows].T
+    first = (user * len(OUTPUTS) + OUTPUTS.index(output)) * ticks * dof + axis
+    rows, read = loop.system
+    read = read[first : first + ticks * dof : dof]
+    driven = lifted @ rows[:, len(rows) :].T  # (points, states and what comes in)
+    turn, found = np.exp(1j * angle * ticks), np.empty_like(driven)
+    some = max(1, AT_ONCE // len(rows) ** 2)
+    for begin in range(0, len(angle), some):
+        of = slice(begin, begin + some)
+        equations = loop.equations(turn[of])
+        found[of] = np.linalg.solve(equations, driven[of, :, np.newaxis])[..., 0]
+    values = np.concatenate([found, lifted], axis=1) @ read.T
     return np.asarray((values * wave.conj()).mean(axis=1))
-
-
-def _taken_over(model: Linear) -> tuple[Integers, Integers, Integers]:
-    """Return the states to solve for in order, per state which of them it repeats, and by how many
-    hyperperiods late.
-    """
-    rows, count = model.transition, len(model.states)
-    before = np.argmax(rows != 0.0, axis=1)
-    own = np.arange(count)
-    repeats = (np.count_nonzero(rows, axis=1) == 1) & (rows[own, before] == 1.0)
-    repeats &= (before != own) & ~model.inputs.any(axis=1)
-    source, steps = own.copy(), np.zeros(count, dtype=np.int64)
-    for _ in range(count):
-        late = repeats[source]
-        if not late.any():
-            return np.flatnonzero(~repeats), source, steps
-        source, steps = np.where(late, before[source], source), steps + late
-    return own, own, np.zeros(count, dtype=np.int64)  # states that repeat each other in a ring
 
 
 def limit_at_rest(values: Array) -> float:
@@ -119,5 +97,7 @@ def first_peak_hz(at: Callable[[Array], Complex], tick_s: float) -> float | None
         size = np.append(size, size_at(frequency[len(size) : len(size) + 100]))
         peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))
         if len(peaks):
-            return refined(size_at, frequency[peaks[0]], frequency[peaks[0] + 2], rounds=4)[1]
+            around, xatol = frequency[[peaks[0], peaks[0] + 2]], PEAK * frequency[peaks[0]]
+            of = {"bounds": around, "method": "bounded", "options": {"xatol": xatol}}
+            return float(minimize_scalar(lambda hertz: -size_at(np.array([hertz]))[0], **of).x)
     return None

@@ -25,8 +25,8 @@ import numpy as np
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.linearize import Linear, build, spectral_radius, stable
-from pmwvc_analysis.models.variation import groups_of, together
+from pmwvc_analysis.models.linearize import build, spectral_radius, stable
+from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
 from pmwvc_analysis.transparency.pressing import press_notes, pressing
 from pmwvc_core.controllers.library import has_waves
@@ -86,10 +86,6 @@ def transparency(
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
     forces = pressing(scenario, user, axis)
-    marks = [(i == user, *force) for i, force in enumerate(forces.tolist())]
-    groups = groups_of((scenario,), marks)
-    (pressed,), weights = together((scenario,), groups)
-    own, first = groups.index([user]), [group[0] for group in groups]
     radius = float(stability.radii(scenario, live=live)[0])
     if not stable(radius):
         remedy = "the coupling 'implicit' and more filtering allow more"
@@ -99,19 +95,19 @@ def transparency(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
             f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
         )
-    model = build(pressed, live=live, weights=weights)
-    link = _rendered(model, own, axis, forces[first])
+    model = build(scenario, live=live)
+    link = _rendered(model, user, axis, forces)
     balanced = link.admittance_dc is not None
-    notes = notes_of(pressed) + press_notes(scenario, user, forces, balanced=balanced)
-    if balanced and model.loop.dof > 1:
-        notes.append(_across(model, own, axis, forces[first], link.first_peak_hz))
+    notes = notes_of(scenario) + press_notes(scenario, user, forces, balanced=balanced)
+    if balanced and model.dof > 1:
+        notes.append(_across(model, user, axis, forces, link.first_peak_hz))
     direct = ideal_of(scenario)
     ideal, ideal_admittance = Rendering(), np.full(len(frequency_hz), np.nan + 0j)
     if stable(float(stability.radii(direct)[0])):
-        perfect = build(ideal_of(pressed), weights=weights)
-        steady = pressing(direct, user, axis)[first]
-        ideal = _rendered(perfect, own, axis, steady)
-        ideal_admittance = response(perfect, frequency_hz, user=own, forces=steady, axis=axis)
+        perfect = build(direct)
+        steady = pressing(direct, user, axis)
+        ideal = _rendered(perfect, user, axis, steady)
+        ideal_admittance = response(perfect, frequency_hz, user=user, forces=steady, axis=axis)
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
@@ -122,7 +118,7 @@ def transparency(
         user=scenario.users[user].name,
         axis=axis,
         frequency_hz=np.asarray(frequency_hz, dtype=float),
-        admittance=response(model, frequency_hz, user=own, forces=forces[first], axis=axis),
+        admittance=response(model, frequency_hz, user=user, forces=forces, axis=axis),
         ideal_admittance=ideal_admittance,
         rendered=link,
         ideal=ideal,
@@ -149,10 +145,10 @@ def untouched(scenario: Scenario) -> Scenario:
     return scenario
 
 
-def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
+def _across(model: LinearLoop, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
     """Return a note on the motion at rest across the axis, where the axes are coupled."""
-    dof, low, moved = model.loop.dof, low_hz(peak_hz), []
-    name = model.loop.lines[user].user.name
+    dof, low, moved = model.dof, low_hz(peak_hz), []
+    name = model.scenario.users[user].name
     for other in range(dof):
         if other != axis:
             x = response(model, low, user=user, forces=forces, axis=other).real
@@ -163,9 +159,9 @@ def _across(model: Linear, user: int, axis: int, forces: Array, peak_hz: float |
     )
 
 
-def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendering:
+def _rendered(model: LinearLoop, user: int, axis: int, forces: Array) -> Rendering:
     of: dict[str, Any] = {"user": user, "axis": axis}
-    peak = first_peak_hz(partial(response, model, forces=forces, **of), model.loop.tick_s)
+    peak = first_peak_hz(partial(response, model, forces=forces, **of), model.tick_s)
     frequency = low_hz(peak)
     omega = 2.0 * np.pi * frequency
     pressed = response(model, frequency, forces=forces, **of)
@@ -173,8 +169,7 @@ def _rendered(model: Linear, user: int, axis: int, forces: Array) -> Rendering:
     if abs(pressed[1] - pressed[0]) <= STEADY * abs(pressed[0]):
         dc = limit_at_rest(pressed.real)
         damping = limit_at_rest((1.0 / pressed).imag / omega)
-    loop = model.loop
-    free = build(untouched(loop.scenario), live=loop.live, weights=loop.weights)
+    free = build(untouched(model.scenario), live=model.live)
     if stable(spectral_radius(free)):
         moved = response(free, frequency, **of)
         mass = limit_at_rest(-(1.0 / moved).real / omega**2)

@@ -131,13 +131,6 @@ def eigenvalues(impedance: Impedance) -> list[float]:
     return [float(value) for value in np.atleast_1d(values)]
 
 
-def principal_axes(impedance: Impedance, dof: int) -> Array:
-    """Return the principal axes, one per column ``(dof, dof)``, in the order of the eigenvalues;
-    those of the world for a number.
-    """
-    return impedance.axes if isinstance(impedance, MatrixImpedance) else np.eye(dof)
-
-
 def smallest(impedance: Impedance) -> float:
     """Return the smallest eigenvalue [N s/m]."""
     return eigenvalues(impedance)[0]
