@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_977, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_825,
+        3_818,
         2_500,
         inside(
             "pmwvc_core",
@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_141,
+        5_164,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

@@ -15,11 +15,13 @@ from pmwvc_core.numeric import root, squared
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.wave.impedance import (
+    FORCE_N,
+    VELOCITY_M_S,
     MatrixImpedance,
     WavePort,
     first_axis,
     impedance_of,
-    longest_wave,
+    largest_wave,
     parsed,
     server_impedance,
 )
@@ -153,8 +155,9 @@ def test_no_wave_is_longer_than_force_and_velocity_allow(b, data):
     force, velocity = (
         s / np.maximum(np.linalg.norm(s, axis=-1, keepdims=True), 1e-9) for s in data(b)
     )
-    u = (20.0 * force + b * (1.5 * velocity)) / root(2.0 * b)
-    assert np.linalg.norm(u, axis=-1).max() <= longest_wave(b, 20.0, 1.5) * (1.0 + 1e-9)
-    assert longest_wave(25.0, 20.0, 1.5) == pytest.approx((20.0 + 25.0 * 1.5) / np.sqrt(50.0))
+    u = (FORCE_N * force + b * (VELOCITY_M_S * velocity)) / root(2.0 * b)
+    assert np.linalg.norm(u, axis=-1).max() <= largest_wave(b, waves=True) * (1.0 + 1e-9)
+    one = (FORCE_N + 25.0 * VELOCITY_M_S) / np.sqrt(50.0)
+    assert largest_wave(25.0, waves=True) == pytest.approx(one)
     along = np.eye(len(b.values))[0]
     assert first_axis(b) == pytest.approx(1.0 / (along / b)[0])  # what a force along it meets

@@ -57,8 +57,10 @@ class Drive(NamedTuple):
 
     @property
     def thrown(self) -> bool:
-        """Tell whether such hands gave more than they got."""
-        return self.by_hands and self.given_j < 0.0
+        """Tell whether such hands explain that something was thrown: they got no more than they
+        gave, for all that is known.
+        """
+        return self.by_hands and self.given_j <= 0.0
 
 
 UNKNOWN = Drive(0.0, 0.0, 0.0, False)
@@ -100,26 +102,29 @@ def drive(
     end_s: float,
     done: Sequence[LoopWork] | None = None,
 ) -> Drive:
-    """Return who drove the motion between two instants [s]; ``UNKNOWN`` where no :func:`works`
-    are known (``done``, if they were asked for already), or ticks were not recorded.
+    """Return who drove the motion between two instants [s]; no work where no :func:`works` are
+    known (``done``, if they were asked for already), or ticks were not recorded.
     """
+    if scenario is None:
+        return UNKNOWN
+    free = any(map(is_free, scenario.users))
+    steady = not any(u.operator.kind != "constant" for u in scenario.users if is_free(u))
+    unknown = UNKNOWN._replace(free=free, steady=steady)
     given_j = moved_j = held_j = 0.0
     for user, mass, force, x, work_j in works(traces, scenario) if done is None else done:
         inside = (user.time_s >= start_s) & (user.time_s <= end_s)
         whole = round((end_s - max(start_s, float(user.time_s[0]))) / user.tick_s) - 2
         if inside.sum() < max(whole, 2):
-            return UNKNOWN
+            return unknown
         given_j += float(work_j[inside].sum())
         moved_j += float(np.abs(work_j[inside]).sum())
         held_j += 0.5 * mass * _longest(user.xd_m[inside]) ** 2
         held_j += 0.5 * _longest(force[inside]) * _longest(x[inside])  # of a spring in between
-    if scenario is None or not moved_j > 0.0:
-        return UNKNOWN
+    if not moved_j > 0.0:
+        return unknown
     if (server := traces.server) is not None:
         inside = (server.time_s >= start_s) & (server.time_s <= end_s)
         held_j += 0.5 * scenario.server.object_mass * _longest(server.xd_o[inside]) ** 2
-    free = any(map(is_free, scenario.users))
-    steady = not any(u.operator.kind != "constant" for u in scenario.users if is_free(u))
     found = Drive(given_j, moved_j, held_j, free, steady)
     if not found.by_hands:
         return found

@@ -36,7 +36,7 @@ from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.drive import drive, kept_driven
+from pmwvc_analysis.verdicts.drive import UNKNOWN, drive, kept_driven
 from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
@@ -74,9 +74,10 @@ def _judged(
     traces: SessionTraces, scenario: Scenario | None, strengths: list[tuple[Strength, Motion]]
 ) -> Judgement:
     outside, left_s = _outside(traces, scenario)
-    thrown = left_s > 0.0 and drive(traces, scenario, 0.0, left_s).thrown
-    if thrown and not _expected(traces, scenario)[0] > th.GROWS_PER_S:
-        return _unknown(f"{outside}; the hands did the work of it")
+    until = drive(traces, scenario, 0.0, left_s) if left_s > 0.0 else UNKNOWN
+    if until.thrown and not _expected(traces, scenario)[0] > th.GROWS_PER_S:
+        did = "the hands did" if until.given_j else "it is not known who did"
+        return _unknown(f"{outside}; {did} the work of it")
     if outside := outside or _beyond(traces, scenario):
         return False, "diverged", outside
     lasting = [(found, motion) for found, motion in strengths if lasts(found, motion)]
@@ -97,12 +98,14 @@ def _judged(
     if took_over := limits.taken_over(traces, scenario):
         return False, LIMITED, took_over
     shortened, saturated = limits.often_shortened(traces)
-    late = drive(traces, scenario, 0.5 * traces.duration_s, traces.duration_s)
-    if shortened and (own or not saturated or late.share > th.DRIVES):
+    if shortened and (own or not saturated):
         return False, LIMITED, shortened
     if shortened:
-        why = "nothing oscillates beyond the voluntary band: a hand may have pushed harder"
-        return _unknown(f"{shortened}, to the largest that is allowed; {why}")
+        late = drive(traces, scenario, 0.5 * traces.duration_s, traces.duration_s)
+        gave = late.share > th.DRIVES
+        whose = "the loop gave energy" if gave else "a hand may have pushed harder"
+        nothing = f"nothing oscillates beyond the voluntary band: {whose}"
+        return _unknown(f"{shortened}, to the largest that is allowed; {nothing}")
     if lost := limits.lost(traces, scenario):
         return False, "environment lost", lost
     explained = ""
