@@ -108,10 +108,13 @@ def touching(server: ServerTraces, index: int) -> Flags:
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
-    """Return when a simulated hand has closed, counted from the soft start's end [s]; else 0."""
+    """Return when a simulated hand has closed, counted from the soft start's end [s]; else 0, also
+    where the record begins behind the soft start.
+    """
     hands = {known.name for known in scenario.users if known.operator.is_hand}
     coupled = user.block_time_s[user.state == SafetyState.COUPLED]
-    if not scenario.task.closes or user.name not in hands or not len(coupled):
+    unknown = not len(coupled) or (user.state[0] == SafetyState.COUPLED and user.time_s[0] > 0.0)
+    if not scenario.task.closes or user.name not in hands or unknown:
         return 0.0
     return float(coupled[0]) + scenario.task.grip_s + scenario.task.grip_rise_s
 
