@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The excuse of a machine that stands still: two more runs, with sessions of their own."""
 
+import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -36,6 +38,7 @@ def test_only_a_stall_excuses_and_twice_at_most(tmp_path, wanted, stalled, runs,
     (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "test_it.py").write_text(TESTS.format(wanted=wanted, stalled=stalled))
     words = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-c", "/dev/null", tmp_path]
-    text = subprocess.run(words, capture_output=True, text=True, check=False).stdout
+    here = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    text = subprocess.run(words, capture_output=True, text=True, check=False, env=here).stdout
     assert outcome in text
     assert len(re.findall(r"run again \(\d left\)", text)) == runs - 1

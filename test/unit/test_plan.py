@@ -91,8 +91,8 @@ def test_receivers_in_virtual_time_expect_what_live_ones_expect(tmp_path):
     assert batch.server.p.release_s == live["safety.release_s"] == 7.0
     for simulated, user in zip(batch.users, scenario.users, strict=True):
         up, down = simulated.up.receiver, simulated.down.receiver
-        assert up._silence_ns == round(live["safety.timeout_s"] * 1e9)  # alike for all users
-        assert down._silence_ns == round(user.safety.timeout_s * 1e9)
+        assert up.silence_ns == round(live["safety.timeout_s"] * 1e9)  # alike for all users
+        assert down.silence_ns == round(user.safety.timeout_s * 1e9)
         # Each port takes the longest wave of its own impedance.
         assert up.max_wave == largest_wave(user.server_impedance, waves=True)
         assert down.max_wave == largest_wave(user.impedance, waves=True)

@@ -89,9 +89,10 @@ class At(NamedTuple):
         """Return what the blocks had that had ended."""
         return up_to(sums, self.blocks.ended(self.times_s))
 
-    def sent(self) -> Array:
-        """Return the energy of the packets that had been sent."""
-        return up_to(self.blocks.user.energy["u_tx"], self.blocks.sent(self.times_s))
+    def sent(self, sums: Array | None = None) -> Array:
+        """Return the energy of the packets that had been sent, or what pays for them."""
+        sums = self.blocks.user.energy["u_tx"] if sums is None else sums
+        return up_to(sums, self.blocks.sent(self.times_s))
 
     def own(self) -> Sums:
         """Return the accounts kept by what stands around the port."""
@@ -177,9 +178,9 @@ def _strict(at: At, known: User) -> Channel:
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     work = blocks.of_ticks(np.sum(user.f_applied * moved, axis=-1))
     work = work if complete(user) else user.energy.get("device", work)
-    energies = {"work": work, "v_m": blocks.of_wave("v_m"), "released": blocks.released}
-    energies = {name: at.ended(sums) for name, sums in energies.items()}
-    energies |= {"u_tx": at.sent(), "u_s": at.u_s, "v_s": at.v_s}
+    energies = {"work": at.ended(work), "v_m": at.ended(blocks.of_wave("v_m"))}
+    energies |= {"u_tx": at.sent(), "released": at.sent(blocks.released)}
+    energies |= {"u_s": at.u_s, "v_s": at.v_s}
     parts = {"safety": at.ended(0.0 * work), **passed(passages(known.master), energies)}
     return Channel(Account(work, work), parts)
 

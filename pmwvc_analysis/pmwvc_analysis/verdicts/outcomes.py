@@ -112,7 +112,7 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
 def _by_standing_loops(port: dict[str, Any]) -> bool:
     """Tell whether all that a port gave out came of loops that stood still."""
     allowed_j = sum(port[n] for n in ("declared_j", "encoder_bound_j", "tolerance_j", "held_j"))
-    return bool(-port["least_balance_j"] <= allowed_j)
+    return bool(0.0 < port["held_j"] and -port["least_balance_j"] <= allowed_j)
 
 
 def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
@@ -174,8 +174,14 @@ def _of_user(
         return Outcome("offset", None, text, user.name)
     m_per_s, late_s = force / (2.0 * first_axis(user.impedance)), entry["late_s"]
     even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
-    open_ = _unsteady(summary, entry, even_m, kept=scenario.strict)
-    reason = _decided_by_network(user, scenario, summary) or open_
+    reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
+    until_m = even_m + m_per_s * late_s if ranges and late_s is not None else None
+    low_m, high_m = sorted((even_m, even_m if until_m is None else until_m))
+    tolerance_m = _tolerance_m(even_m)
+    hit = low_m - tolerance_m <= was_m <= high_m + tolerance_m
+    events = [(each["kind"], each["who"]) for each in summary["events"]]
+    if not (reason or hit or scenario.strict) and ("limit", f"{user.name} master") in events:
+        reason = "Its force was limited, which took motion out of the wave."
     if reason := reason or (LATE_PLAYOUT if ranges and late_s is None else ""):
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
@@ -183,10 +189,6 @@ def _of_user(
             f"expected of the link{begins}. {reason}"
         )
         return Outcome("offset", None, text, user.name)
-    until_m = even_m + m_per_s * late_s if ranges else None
-    low_m, high_m = sorted((even_m, even_m if until_m is None else until_m))
-    tolerance_m = _tolerance_m(even_m)
-    hit = low_m - tolerance_m <= was_m <= high_m + tolerance_m
     text = (
         f"{user.name}: {OFFSET}: predicted {predicted_words(even_m, until_m)}, measured "
         f"{was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
@@ -227,19 +229,14 @@ def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
     return next((event for event in late if event["time_s"] is not None), None)
 
 
-def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float, *, kept: bool) -> str:
-    """Return why an offset is not that of a press at rest, in words; empty where it is. ``kept``:
-    whether motion that limits took out of waves is made up for.
-    """
+def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:
+    """Return why an offset is not that of a press at rest, in words; empty where it is."""
     if summary["stable"] is False:
         return "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
     known = isinstance(avatar, float)
     if known and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
         return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
-    events = [(each["kind"], each["who"]) for each in summary["events"]]
-    if ("limit", f"{entry['name']} master") in events and not kept:
-        return "Its force was limited, which took motion out of the wave."
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         return f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
