@@ -120,7 +120,7 @@ def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_p
         assert (fates.time_in_ns < left_ns).sum() - 5 <= shared <= len(fates.fate)
         lost, lost_again = (int((each.fate[:shared] == 1).sum()) for each in (fates, after[link]))
         assert lost > 5
-        assert lost_again == pytest.approx(lost, abs=1)  # numbers are shifted by what began first
+        assert lost_again == pytest.approx(lost, abs=5)  # rows may be shifted by as many
     assert "data:image/png" in (tmp_path / "stiffer" / "comparison.html").read_text("utf-8")
     assert [each for each in check_recording(tmp_path / "stiffer") if each.status != "ok"] == []
     assert finish(tmp_path / "stiffer", figures=False)["source"] == "replayed"  # judged anew

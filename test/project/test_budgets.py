@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_164,
+        5_165,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
