@@ -15,9 +15,10 @@ import sys
 from types import FrameType, TracebackType
 from typing import NoReturn
 
+from pmwvc_bringup import INTERRUPTS
+
 INTERRUPTED = 130
 LINE = b"pmwvc: interrupted\n"
-_interrupts: list[int] = []
 
 
 def _end() -> NoReturn:
@@ -26,14 +27,14 @@ def _end() -> NoReturn:
 
 
 def _while_running(number: int, _: FrameType | None) -> None:
-    _interrupts.append(number)
+    INTERRUPTS.append(number)
     raise KeyboardInterrupt
 
 
 def _uncaught(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    if issubclass(kind, KeyboardInterrupt) or (_interrupts and issubclass(kind, ImportError)):
+    if issubclass(kind, KeyboardInterrupt) or (INTERRUPTS and issubclass(kind, ImportError)):
         _end()
     sys.__excepthook__(kind, error, trace)
 

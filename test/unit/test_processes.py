@@ -10,7 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
+from pmwvc_bringup.scenarios import load
+from pmwvc_bringup.session import runner
 from pmwvc_bringup.session.processes import Children
 
 # A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM.
@@ -113,3 +116,12 @@ def test_children_end_when_their_parent_is_killed(tmp_path):
     finally:
         os.kill(loose, signal.SIGKILL)
         parent.stdout.close()
+
+
+def test_an_interrupt_that_a_library_swallowed_ends_a_session_before_it_begins(
+    tmp_path, monkeypatch
+):
+    for came in ([], [signal.SIGINT]):
+        monkeypatch.setattr(runner, "INTERRUPTS", came)
+        session = runner.NodeSession(load("carry_16ms"), tmp_path, console=Console())
+        assert session.interrupts.count == len(came)

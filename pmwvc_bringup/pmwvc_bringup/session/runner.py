@@ -20,6 +20,7 @@ from urllib.parse import parse_qs, urlsplit
 from rich.console import Console
 from rich.live import Live
 
+from pmwvc_bringup import INTERRUPTS
 from pmwvc_bringup.output import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
@@ -62,6 +63,7 @@ class NodeSession:
         self.scenario, self.folder, self.console, self.page = scenario, folder, console, page
         self.children, self.notes = Children(), Notes(console)
         self.interrupts = Interrupts()
+        self.interrupts.count = len(INTERRUPTS)
         self.restart: dict[str, Any] | None = None
         self._shows, self._browser = page is not None, browser
         self.nodes: list[plan.NodePlan] = []
