@@ -41,7 +41,7 @@ def loads_view(session: int) -> bool:
 # Instants of a start, by what the process has done so far: is Python, has loaded a module.
 INSTANTS = {
     "interpreter": lambda pid: "python" in executed(pid),
-    "imports": lambda pid: "_struct" in mapped(pid) or "_socket" in mapped(pid),
+    "imports": lambda pid: "lib-dynload" in mapped(pid),  # of the standard library
     "numpy": lambda pid: "_multiarray_umath" in mapped(pid),
     "linear algebra": lambda pid: "_umath_linalg" in mapped(pid),
 }
