@@ -6,6 +6,7 @@ A room is the folders that one subject has. Lines are those of its ``.py`` files
 comments too. Whoever adds a line takes one out; whoever takes some out lowers the number.
 """
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST_FILE = 250  # lines
+THRESHOLD = re.compile(r"^(?!ROUND|SAME|DRAWN)[A-Z_, ]+_(?:S|N|J|M|HZ|M_S|RATIO) = [0-9.]", re.M)
 
 
 class Room(NamedTuple):
@@ -60,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_254,
+        5_121,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -114,3 +116,11 @@ def test_every_file_of_the_product_is_in_one_room():
 def test_no_file_is_longer_than_the_longest():
     long = {file.name: lines_of(file) for room in ROOMS.values() for file in files_of(room)}
     assert max(long.values()) <= LONGEST_FILE, max(long, key=long.__getitem__)
+
+
+def test_every_number_that_judges_stands_in_the_table_of_thresholds():
+    found = []
+    for folder in ("verdicts", "budget", "events", "traces"):
+        for file in (ROOT / "pmwvc_analysis/pmwvc_analysis" / folder).glob("*.py"):
+            found += [file.name] * bool(THRESHOLD.search(file.read_text("utf-8")))
+    assert sorted(set(found)) == ["thresholds.py"]

@@ -39,13 +39,6 @@ def judged(scenario, traces):
     return summary(traces, scenario, budget(traces, scenario))
 
 
-def nodes(found):
-    """Findings on the device's node; a block in virtual time does not end with a stall, as one on
-    a recording does, so that the work in it is not that of its ticks.
-    """
-    return [each for each in found["passivity"]["components"] if each["part"] == "node"]
-
-
 @example(stalls=[(2100, 100)])
 @settings(max_examples=5, phases=(Phase.explicit, Phase.generate))
 @given(
@@ -61,7 +54,7 @@ def test_what_a_standing_loop_gives_away_is_named_and_no_missed_prediction(stall
     passivity = found["passivity"]
     violated = [port for port in passivity["ports"] if port["passive"] is False]
     assert {port["part"] for port in violated} <= {"hand_port"}
-    for entry in [*violated, *nodes(found)]:
+    for entry in violated:
         assert entry["held_j"] > 0.0 and "which stood still" in entry["why"]
     (said,) = [each for each in found["outcomes"] if each["what"] == "passivity"]
     assert said["hit"] is (None if violated else True)
@@ -73,9 +66,9 @@ def test_the_force_that_stays_on_is_what_goes_beyond():
     (still,) = stood_still(traces.users[0])
     assert still.lasted_s == 0.1 and still.given_j > 5e-4
     found = judged(scenario, traces)
-    (node,) = nodes(found)
-    assert 0.9 * still.given_j < node["held_j"] <= still.given_j
-    assert [each["passive"] for each in found["passivity"]["ports"]].count(False) == 1
+    (port,) = [each for each in found["passivity"]["ports"] if each["passive"] is False]
+    # in the rest of the block the device came back some of the way
+    assert 0.4 * still.given_j < port["held_j"] <= still.given_j
     _, calm = stalled([])
     assert judged(scenario, calm)["passivity"]["components"] == []
     (user,) = calm.users

@@ -6,7 +6,8 @@ import numpy as np
 
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.traces.arrivals import UNEVEN, waited
+from pmwvc_analysis.traces.arrivals import waited
+from pmwvc_analysis.traces.thresholds import UNEVEN
 
 LATE_S = 0.01  # of a loop: it stood still
 

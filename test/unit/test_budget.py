@@ -11,7 +11,8 @@ from support import handmade
 from support import plain as files
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.result import SERVER, TOLERANCE_NOTED
+from pmwvc_analysis.budget.result import SERVER
+from pmwvc_analysis.traces.thresholds import CLOSED_NOTED
 from pmwvc_analysis.verdicts.passivity import Passivity, budget_lines
 from pmwvc_core.simulation.session import simulate_one
 
@@ -63,21 +64,6 @@ def test_hands_are_the_sum_of_parts_and_residual(pressed):
     parts = sum(sums for each in found.parts.values() for sums in each.values())
     hands = sum(found.hands.values())
     np.testing.assert_allclose(hands - parts, found.residual_j, atol=1e-15)
-
-
-@pytest.mark.parametrize("tamper", ["f_h", "f_m", "kinetic", "x_m"])
-def test_a_session_that_breaks_physics_does_not_close(tamper):
-    traces, scenario = simulated("carry_16ms", duration_s=6.0)
-    user, server = traces.users[0], traces.server
-    assert budget(traces, scenario).closes
-    if tamper == "kinetic":
-        server.kinetic = 1.01 * server.kinetic
-    else:
-        setattr(user, tamper, 1.01 * getattr(user, tamper))
-        if tamper == "f_m":
-            user.f_applied = user.f_m
-            user.energy.pop("device")
-    assert not budget(traces, scenario).closes
 
 
 def test_a_press_at_rest_has_its_energy_in_the_springs(pressed):
@@ -178,7 +164,7 @@ def test_missing_records_are_noted_and_the_budget_still_nearly_closes():
     assert found.notes == ["user1: 24 ticks not recorded"]
     assert found.closes
     assert np.abs(found.residual_j).max() > 1e-9  # it shows all the same
-    assert found.tolerance_j == pytest.approx(TOLERANCE_NOTED * found.moved_j, rel=1e-6)
+    assert found.tolerance_j == pytest.approx(CLOSED_NOTED * found.moved_j, rel=1e-6)
 
 
 def test_the_budget_ends_where_a_master_was_started_again():

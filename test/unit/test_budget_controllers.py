@@ -14,26 +14,6 @@ from pmwvc_core.simulation.session import simulate_one
 
 WALL = ("server.environment=wall", "operator.kind=sinusoid", "operator.frequency_hz=1.5")
 UNKNOWN = ("server.coupling=unknown", "server.contact=bilateral", *WALL)
-AROUND = [
-    ("master.velocity_filter.kind=exact",),
-    ("master.velocity_filter.kind=exact", "master.position.gain=15"),
-    ("master.velocity_filter.kind=equivalent", "master.velocity_filter.cutoff_hz=90"),
-    (
-        "master.velocity_filter.kind=equivalent",
-        "master.velocity_filter.cutoff_hz=90",
-        "master.position.gain=15",
-    ),
-    ("master.velocity_filter.kind=complementary",),
-    ("master.bank.kind=dissertation", "master.local_model.damping=4"),
-    (
-        "master.bank.kind=complementary",
-        "master.filter.kind=integrate_and_dump",
-        "master.filter.pole_rad_s=null",
-    ),
-    ("master.bank.kind=complementary", "master.position.gain=15"),
-    ("master.position.gain=15", "master.position.feedback=printed"),
-    ("master.position.gain=15", "master.position.feedback=integral", "server.period_s=0.004"),
-]
 
 
 def simulated(name, *settings, duration_s=4.0):
@@ -45,42 +25,11 @@ def said(found):
     return [(entry.owner, entry.part) for entry in found.active]
 
 
-@pytest.mark.parametrize("settings", AROUND)
-@pytest.mark.parametrize("name", ["carry_16ms", "thesis_controlled_16ms"])
-def test_it_closes_whatever_stands_around_the_wave_port(name, settings):
-    found = budget(*simulated(name, *settings))
-    assert found.notes == []
-    assert found.closes, np.abs(found.residual_j).max()
-
-
-@pytest.mark.parametrize("compensation", ["none", "printed", "corrected", "ledger"])
-@pytest.mark.parametrize("environment", ["wall", "cube", "hunt_crossley", "active_wall"])
-def test_it_closes_with_environments_of_which_the_port_knows_nothing(compensation, environment):
-    found = budget(
-        *simulated(
-            "wall",
-            *UNKNOWN,
-            f"server.compensation={compensation}",
-            f"server.environment={environment}",
-        )
-    )
-    assert found.notes == []
-    assert found.closes, np.abs(found.residual_j).max()
-
-
-@pytest.mark.parametrize("controller", ["direct", "virtual_coupling", "tdpa", "pspm"])
-@pytest.mark.parametrize("name", ["carry_16ms", "wall"])
-def test_it_closes_with_every_other_controller(controller, name):
-    found = budget(*simulated(name, f"controller={controller}", "device.damping=1"))
-    assert found.notes == []
-    assert found.closes, np.abs(found.residual_j).max()
-
-
 def test_a_passivity_controller_is_judged_with_the_link_it_pays_for():
     traces, scenario = simulated("carry_16ms", "controller=tdpa", "baseline.tdpa.damping=0")
     found = budget(traces, scenario)
     together = {(owner, part): series for owner, part, series in found.judged()}
-    sums = together["user1", "link_and_tdpa_dissipated"].sums
+    sums = together["user1", "link_and_tdpa_dissipated"]
     alone = found.parts["user1"]["link"]
     np.testing.assert_allclose(sums - alone, found.parts["user1"]["tdpa_dissipated"], atol=1e-12)
     assert sums[-1] > alone[-1]  # it paid
@@ -119,7 +68,7 @@ def test_a_velocity_filter_is_judged_with_the_filter_that_pays_for_it():
     found = budget(traces, scenario)
     part = "velocity_filter_and_filter_and_hold_and_rate_drop"
     sums = {(o, p): series for o, p, series in found.judged()}["user1", part]
-    assert sums.sums.min() > -1e-9
+    assert sums.min() > -1e-9
     kept = traces.users[0].accounts["velocity_filter"]
     assert kept.min() < 0.0  # by itself it gives out
     assert not [part for owner, part in said(found) if "velocity_filter" in part]
@@ -154,9 +103,9 @@ def test_the_published_feedback_is_named_where_it_gives_out_energy():
     [
         ("wall", (*UNKNOWN, "server.compensation=printed")),
         ("wall", (*UNKNOWN, "server.compensation=ledger", "server.contact_stiffness=3000")),
-        ("carry_16ms", AROUND[2]),
-        ("carry_16ms", AROUND[6]),
-        ("carry_16ms", AROUND[8]),
+        ("carry_16ms", ("master.velocity_filter.kind=equivalent",)),
+        ("carry_16ms", ("master.bank.kind=complementary", "master.position.gain=15")),
+        ("carry_16ms", ("master.position.gain=15", "master.position.feedback=printed")),
     ],
 )
 def test_a_sound_session_has_no_contradictions(name, settings):

@@ -154,7 +154,7 @@ def test_options_reach_the_session(simulated):
     ("settings", "code", "words"),
     [
         ((), 0, "check: passed"),
-        (("server.coupling=one_step_delay", "server.contact_stiffness=5000"), 1, "not stable:"),
+        (("server.coupling=one_step_delay", "server.contact_stiffness=5000"), 1, "not stable, "),
     ],
 )
 def test_the_check_makes_the_verdict_the_exit_code(pmwvc, tmp_path, settings, code, words):

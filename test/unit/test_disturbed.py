@@ -42,14 +42,14 @@ def test_a_session_in_which_nothing_ever_arrived_is_not_judged_and_does_not_pass
     assert found["stable"] is None
     assert "Predicted stable: it was." not in [each["text"] for each in found["outcomes"]]
     assert not found["check"]["passed"]
-    assert "user1: never coupled" in found["check"]["reasons"]
+    assert "user1: never coupled." in found["check"]["reasons"]
 
 
 @pytest.mark.parametrize("at_server", [False, True])
 def test_a_break_of_the_coupling_does_not_pass_and_one_that_no_hand_notices_does(at_server):
     found = checked(disturbed(4.0, 4.4, at_server=at_server))
     assert found["reasons"][0].startswith("user1: not coupled, or with less than half of its 1.00")
-    assert found["reasons"][0].endswith("for 0.40 s")
+    assert found["reasons"][0].endswith("for 0.40 s.")
     assert checked(disturbed(4.0, 4.08, at_server=at_server))["passed"]
     assert checked(disturbed(0.0, 1.0, at_server=at_server))["passed"]  # the session starts
 
@@ -79,7 +79,7 @@ def test_a_server_that_the_scenario_kills_for_a_while_passes_and_one_dead_most_o
     assert not checked(killed(4.0, 6.0))["passed"]  # nobody asked for it
     found = checked(killed(3.0, 9.0), **asked)
     assert found["reasons"] == [
-        f"{who}: coupled for 40% of the time" for who in ("user1", "user2")
+        f"{who}: coupled for 40% of the time." for who in ("user1", "user2")
     ]
 
 
@@ -89,7 +89,7 @@ def test_a_blow_and_a_force_that_is_missing_do_not_pass():
     user.f_applied[(user.time_s > 4.9995) & (user.time_s < 5.1995)] *= 0.1
     assert checked(traces)["reasons"] == [
         "user2: not coupled, or with less than half of its 1.00 N, for 0.20 s; the force changed "
-        "by 0.90 N within 1 ms at 5.00 s and 1 more above 0.3 N"
+        "by 0.90 N within 1 ms at 5.00 s and 1 more above 0.3 N."
     ]
     faded = 1.0 - 0.9 * np.clip(1.0 - np.abs(user.time_s - 5.0) / 0.05, 0.0, 1.0)
     user.f_applied = user.f_m * faded[:, np.newaxis]  # for 56 ms

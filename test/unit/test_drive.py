@@ -70,7 +70,7 @@ def test_a_recorded_person_at_a_wall_shakes_no_loop(recorded_data, offset_m):
     for kept in (PLAIN, STRICT, IDEAL, ("controller=virtual_coupling",)):
         found = judged(wall(*kept, *person))
         assert found.stable is True, found.why
-        assert "the hands did the work of it; the exact model" in found.why
+        assert "the loop did not drive it; the exact model" in found.why
     found = judged(wall("controller=tdpa", *person))
     assert found.stable is None and "whether the loop keeps it up is not known" in found.why
     assert judged(wall(*DIRECT, *person)).stable is False  # the control

@@ -9,7 +9,6 @@ from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.traces.stages import until
-from pmwvc_analysis.verdicts.check import reasons
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
@@ -75,6 +74,11 @@ def test_a_master_that_died_ends_its_user_and_the_other_goes_on():
     assert first["ended"] is None
     assert second["ended"] == f"user2 master {KILLED} at 2.00 s"
     assert result["check"]["passed"] is False
+    asked = {"who": "user2 master", "kind": "disturbance", "what": "as the scenario asks: kill"}
+    traces.events.append(asked | {"time_s": 1.99})
+    result = judged(traces)
+    assert result["interrupted"] == []
+    assert result["users"][1]["ended"] == "user2 master was killed, as asked, at 2.00 s"
 
 
 def test_a_user_who_left_is_no_interruption():
@@ -97,7 +101,7 @@ def test_another_publisher_is_named_and_fails_the_check():
     traces.events = [{"time_s": 1.0, "who": "/server/trace", "kind": "stranger", "what": what}]
     result = judged(traces)
     assert result["strangers"] == [what]
-    assert reasons(result) == [f"another publisher: {what}"]
+    assert result["check"]["reasons"] == [f"Another publisher: {what}."]
 
 
 def test_what_is_cut_off_is_the_session_that_ended_then():

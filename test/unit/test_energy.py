@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Energy balances of the channel from traces."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from support import handmade
 from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
-from pmwvc_analysis.budget.criterion import TOLERANCE_J
-from pmwvc_analysis.budget.energy import Balance, user_energies
-from pmwvc_analysis.traces.sums import UserSums, running
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.traces.block_sums import BlockSums
+from pmwvc_analysis.traces.sums import running
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
 
@@ -47,19 +46,6 @@ def test_a_channel_that_amplifies_is_not_passive():
     assert judged.least_s == pytest.approx(up.time_s[-1])
 
 
-@pytest.mark.parametrize(("share", "passive"), [(0.99, True), (1.01, False)])
-def test_the_tolerance_has_two_sides(share, passive):
-    out = np.array([0.0, share * TOLERANCE_J])
-    balance = Balance(np.array([0.0, 1.0]), np.zeros(2), out)
-    assert balance.judged("user1", "up").passive is passive
-
-
-def test_a_balance_that_only_rises_has_its_minimum_at_zero():
-    balance = Balance(np.array([0.0, 1.0]), np.array([1.0, 2.0]), np.zeros(2))
-    assert balance.minimum_j == 0.0
-    assert balance.judged("user1", "up").least_s is None
-
-
 def without_blocks(user, gone):
     """Take blocks out of the record of a master."""
     rows = np.r_[slice(gone.start * TICKS, gone.stop * TICKS)]
@@ -87,8 +73,7 @@ def test_a_gap_in_the_record_is_not_judged_and_leaves_no_hole():
         assert same.sum() == len(after.time_s) == len(before.time_s) - 21
         np.testing.assert_allclose(after.balance_j, before.balance_j[same], atol=1e-12)
     # the control: inside the gap the server goes on while the record of the master stands still
-    (user, *_), last = holed.users, gone.start * TICKS - 1
-    early = UserSums(user, user.time_s + 0.5 * user.tick_s).of_wave("u_m")[last]
+    early = BlockSums(holed.users[0]).of_wave("u_m")[gone.start - 1]
     assert early - running(holed.server.energy_u_s[0])[gone.stop] < -100 * TOLERANCE_J
 
 
@@ -157,7 +142,7 @@ def test_without_the_server_there_is_no_balance():
 def test_a_tick_counts_when_it_really_ran():
     traces = handmade.session()
     for user in traces.users:
-        user.lateness_s[-2 * TICKS :] = 2 * FRAME_S  # all that is late brings nothing any more
+        user.lateness_s[-TICKS:] = 2 * FRAME_S  # the packet of the block before is late as well
     up = user_energies(traces)[0].up
     assert up.balance_j[-1] == pytest.approx((DELAY_FRAMES - 1) * IN_FLIGHT_J, rel=1e-9)
 
@@ -301,10 +286,3 @@ def test_a_real_encoder_leaves_the_work_open_and_nothing_is_claimed():
     # the control: without steps there is nothing open
     traces, scenario = carried(**{"device.encoder_step_m": 0.0, "device.velocity": "exact"})
     assert all(found.passive for found in user_energies(traces, scenario))
-
-
-def test_a_declared_storage_may_be_given_out():
-    balance = Balance(np.array([0.0, 1.0]), np.zeros(2), np.array([0.0, 1e-3]), 1.1e-3)
-    assert balance.judged("user1", "hand_port").passive
-    less = dataclasses.replace(balance, declared_j=0.9e-3)
-    assert not less.judged("user1", "hand_port").passive

@@ -1,15 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The verdict on motion of one frequency where packets come late: kept up by the loop, or set off
-by the packets.
-"""
+"""The verdict on motion where packets come late: what sets it off is not known."""
 
 import numpy as np
 import pytest
 from support import handmade
 from support.handmade import oscillating, session
 
-from pmwvc_analysis.traces.arrivals import timely, waited
+from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.frame.schedule import LIVE
@@ -29,29 +27,12 @@ def with_late_packets(traces):
     return traces
 
 
-@pytest.mark.parametrize("hertz", [8.0, 12.0, 30.0])
-@pytest.mark.parametrize("rate_per_s", [0.0, -4.0])
-def test_motion_of_one_frequency_is_the_loop_s_if_it_goes_on_between_late_packets(
-    rate_per_s, hertz
-):
-    traces = with_late_packets(session())
-    if rate_per_s == 0.0:
-        traces = oscillating(traces, rms_m_s=5e-3, hertz=hertz)
-    else:
-        for since_s, until_s in zip(LATE_S, (*LATE_S[1:], 4.0), strict=True):
-            begun_m_s = 20e-3 * np.exp(-rate_per_s * (since_s - 2.0))  # as strong each time
-            during_s = (since_s, until_s)
-            traces = oscillating(
-                traces,
-                rms_m_s=begun_m_s,
-                hertz=hertz,
-                rate_per_s=rate_per_s,
-                during_s=during_s,
-            )
-    found = verdict(traces, handmade.scenario())
-    assert found.stable is (False if rate_per_s == 0.0 else None), found.why
-    if rate_per_s:
-        assert "not seen to go on by itself between them" in found.why
+@pytest.mark.parametrize("hertz", [8.0, 30.0])
+def test_motion_beside_late_packets_is_not_judged(hertz):
+    shaken = oscillating(session(), rms_m_s=5e-3, hertz=hertz)
+    assert verdict(shaken, handmade.scenario()).stable is False
+    found = verdict(with_late_packets(shaken), handmade.scenario())
+    assert found.stable is None and "late packets" in found.why
 
 
 def stalled_link(rng, *, frame_s, length_s):
@@ -82,12 +63,8 @@ def stalled(scenario, seed):
     return simulate_one(scenario, Conditions(schedule=LIVE, links=made))
 
 
-SEEDS = (
-    140,
-    180,
-    210,
-    364,
-)  # of 400, those whose motion has one frequency, or which end in a stall
+# of 400, those whose motion has one frequency, or which end in a stall
+SEEDS = (140, 180, 210, 364)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -101,12 +78,10 @@ def test_what_has_not_come_by_the_end_is_waited_for():
     traces = session()
     packets = traces.packets[DOWN]
     assert waited([packets], 2.0, 4.0) == 0.0
-    assert timely([packets], 2.0, 4.0) == [(2.0, 4.0)]
     packets.time_s[packets.time_s > 3.5] = np.inf  # none of them came
     here = np.isfinite(packets.time_s)
     for name in ("time_s", "seq", "epoch", "period_s"):
         setattr(packets, name, getattr(packets, name)[here])
     last_s = packets.time_s[-1]
     assert waited([packets], 2.0, 4.0) == pytest.approx((4.0 - last_s) / 2.0)
-    assert timely([packets], 2.0, 4.0) == [(2.0, last_s)]
     assert waited([packets], 2.0, 10.0) == 0.0  # nobody is there any more

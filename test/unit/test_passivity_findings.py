@@ -11,9 +11,10 @@ import pytest
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.criterion import TOLERANCE_J, judge, together
+from pmwvc_analysis.budget.criterion import judge, together
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.holes import Unjudged
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J
 from pmwvc_analysis.verdicts.passivity import (
     Passivity,
     amount,

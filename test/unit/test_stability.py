@@ -12,7 +12,8 @@ from scipy import signal
 from support import handmade
 from support.handmade import oscillating, session
 
-from pmwvc_analysis.verdicts.oscillation import OSCILLATION_M_S, beyond, motions, strength
+from pmwvc_analysis.traces.thresholds import OSCILLATION_M_S
+from pmwvc_analysis.verdicts.oscillation import beyond, motions, strength
 from pmwvc_analysis.verdicts.stability import verdict
 
 
@@ -59,9 +60,11 @@ def test_a_burst_is_stable():
     assert judged(traces) is None
 
 
-def test_an_oscillation_that_grows_has_diverged():
-    traces = oscillating(session(), rms_m_s=0.05, hertz=10.0, rate_per_s=1.0)
-    assert judged(traces) == "diverged"
+@pytest.mark.parametrize(("gain", "kind"), [(1.2, "diverged"), (1.0, "sustained oscillation")])
+def test_an_oscillation_that_grows_has_diverged_unless_the_loop_is_passive(gain, kind):
+    traces = oscillating(session(gain=gain), rms_m_s=0.05, hertz=10.0, rate_per_s=1.0)
+    found = verdict(traces, handmade.scenario())
+    assert found.instability == kind and "growing" in found.why
 
 
 def test_a_number_that_is_none_has_diverged():
@@ -90,58 +93,15 @@ def late_packets(traces, *, every):
     return traces
 
 
-@pytest.mark.parametrize("every", [3, 10_000])
-@pytest.mark.parametrize("one_frequency", [True, False])
-def test_shaking_is_the_loop_s_if_packets_come_evenly_or_it_has_one_frequency(
-    every, one_frequency
-):
-    traces = late_packets(session(), every=every)
-    if one_frequency:
-        traces = oscillating(traces, rms_m_s=3e-3, hertz=12.0)
-    else:
-        user = traces.users[0]
-        user.xd_m = user.xd_m + np.random.default_rng(5).normal(0.0, 3e-3, user.xd_m.shape)
-    found = verdict(traces, handmade.scenario())
-    if one_frequency or every > 3:
-        assert found.instability == "sustained oscillation"
-    else:
-        assert (found.stable, found.instability) == (None, None)
-        assert "58% of the time went by in waiting for late packets" in found.why
-
-
-@settings(max_examples=20)
-@given(
-    hertz=st.floats(8.0, 40.0),
-    rms_m_s=st.floats(2e-3, 0.02),
-    bursts=st.lists(st.floats(0.0, 0.3), min_size=2, max_size=2),
-)
-def test_what_a_link_shakes_now_and_then_is_no_oscillation_of_the_loop(hertz, rms_m_s, bursts):
-    """Alike in the first and the last third of what is judged, 2 to 4 s, nothing in between."""
-    first, last = (
-        start_s + 0.5 * burst for start_s, burst in zip((2.0, 3.35), bursts, strict=True)
-    )
-    shaken = session()
-    for start_s in (first, last):
-        shaken = oscillating(
-            shaken, rms_m_s=rms_m_s, hertz=hertz, during_s=(start_s, start_s + 0.5)
-        )
-    found = verdict(late_packets(shaken, every=3), handmade.scenario())
-    assert found.instability is None, found.why
-    kept = late_packets(oscillating(session(), rms_m_s=rms_m_s, hertz=hertz), every=3)
-    assert judged(kept) == "sustained oscillation"  # the control
-
-
-@pytest.mark.parametrize("every", [3, 10_000])
-def test_a_few_jolts_are_no_frequency_of_the_loop(every):
-    """Two outages, each with a lurch that dies out, late in a session whose packets come late."""
+@pytest.mark.parametrize(("every", "stable"), [(3, None), (10_000, False)])
+def test_shaking_is_the_loop_s_only_where_packets_come_evenly(every, stable):
     traces = late_packets(session(), every=every)
     user = traces.users[0]
-    for start_s in (2.6, 3.3):
-        since = np.maximum(user.time_s - start_s, 0.0)
-        lurch = 0.06 * np.sin(2 * np.pi * 3.0 * since) * np.exp(-since / 0.3)
-        user.xd_m = user.xd_m + lurch[:, np.newaxis]
+    user.xd_m = user.xd_m + np.random.default_rng(5).normal(0.0, 3e-3, user.xd_m.shape)
     found = verdict(traces, handmade.scenario())
-    assert found.instability == (None if every == 3 else "sustained oscillation"), found.why
+    assert found.stable is stable
+    if stable is None:
+        assert "58% of the time went by in waiting for late packets" in found.why
 
 
 def test_packets_that_come_late_do_not_matter_to_what_rests():
@@ -185,7 +145,7 @@ def test_what_the_environment_is_driven_with_is_no_oscillation(hertz, environmen
 
 def test_a_driven_environment_does_not_hide_a_loop_that_swings_up():
     traces = oscillating(session(), rms_m_s=0.05, hertz=10.0, rate_per_s=1.0)
-    assert judged(traces, **DRIVEN) == "diverged"
+    assert judged(traces, **DRIVEN) == "sustained oscillation"
 
 
 def test_a_hand_that_carries_moves_on_purpose_below_two_hertz():

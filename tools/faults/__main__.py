@@ -14,8 +14,7 @@ from faults.fault import Fault, Outcome
 from faults.groups import GROUPS
 from faults.processes import PROCESSES
 from faults.sessions import SESSIONS
-from pmwvc_analysis.traces.felt import BLOW_N
-from pmwvc_analysis.verdicts.check import BREAK_S
+from pmwvc_analysis.traces.thresholds import BLOW_N, BREAK_S
 
 FAULTS = {
     fault.number: fault

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from pmwvc_analysis.traces.felt import BLOW_N
-from pmwvc_analysis.verdicts.check import BREAK_S
+from pmwvc_analysis.traces.thresholds import BLOW_N, BREAK_S
 
 HELD, FAILED = "held", "**not held**"
 

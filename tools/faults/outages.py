@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from faults.sessions import PEAK, Carried
-from pmwvc_analysis.traces.felt import BLOW_N
+from pmwvc_analysis.traces.thresholds import BLOW_N
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE, TABLE = DOCS / "outages.md", DOCS / "outages.csv"

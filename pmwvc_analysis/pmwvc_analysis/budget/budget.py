@@ -4,10 +4,11 @@
 
     hands = devices + safety + channels + server + residual
 
-at every step of the server. Each part is the account of a block, stated beside the block's law
-and summed over the session: of a user's blocks in :mod:`.blocks`, of the server here. The residual
-is what the parts do not explain: rounding, where the whole session is on record. What is not on
-record is left out, and the budget ends where a master or the server was started again.
+at every step of the server, with the blocks of each user that had ended by then. Each part is the
+account of a block, stated beside the block's law and summed over the session: of a user's blocks
+in :mod:`.blocks`, of the server here. The residual is what the parts do not explain: rounding,
+where the whole session is on record. What is not on record is left out, and the budget ends where
+a master or the server was started again.
 
 Equations: docs/theory.md 13.6, 14.3.
 """
@@ -23,10 +24,11 @@ from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
-from pmwvc_analysis.traces.holes import over_skips, skips, stretches
+from pmwvc_analysis.traces.block_sums import BlockSums
+from pmwvc_analysis.traces.holes import skips, stretches
 from pmwvc_analysis.traces.server_starts import ran_s
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
-from pmwvc_analysis.traces.sums import UserSums, running, sum_of
+from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT
 from pmwvc_core.numeric import Array, Value, dot, squared
@@ -64,37 +66,36 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     inside, unexplained = _server_parts(server, stages(traces, scenario), into)
     # users other than these sent no trace
     recorded = sum_of(np.subtract(*at_server[user.name]) for user in users)
-    hands, parts, frames = {}, {}, {}
+    hands, parts = {}, {}
     residuals = {SERVER: (unexplained - (into - recorded))[rows]}
     left_over: list[Remainder] = []
     tanks = {user.name for user in users if "position_surplus" in user.accounts}
     if scenario.coupling.black_box and COMPENSATIONS.of(scenario.server.compensation).limits:
         tanks.add(SERVER)
     for user in users:
-        own, sums = known[user.name], UserSums(user, time_s)
-        device, unknown = blocks.device(sums, own.device)
-        ends = [energy[rows] for energy in at_server[user.name]]
-        channel = blocks.channel(sums, own, ends, scenario, live=traces.live)
-        frames[user.name] = dict(channel.frames)
-        hands[user.name] = np.asarray(device.taken)
-        parts[user.name] = {
-            "device_kinetic": np.asarray(device.stored),
-            "device_damping": np.asarray(device.dissipated),
-            "sample_hold": np.asarray(device.given - channel.port.taken),
-            **channel.parts,
-        }
+        own, kept = known[user.name], BlockSums(user, traces.live)
+        device, unknown = blocks.device(kept, own.device)
+        at = blocks.At(kept, time_s, *(energy[rows] for energy in at_server[user.name]))
+        channel = blocks.channel(at, own, scenario)
         residual = np.asarray(device.residual + channel.port.residual)
+        of_device: dict[str, Value] = {
+            "device_kinetic": device.stored,
+            "device_damping": device.dissipated,
+            "sample_hold": device.given - channel.port.taken,
+        }
         if len(skipping := skips(user)) and not unknown:
-            parts[user.name][SKIPPED] = skipped = over_skips(sums, skipping, residual)
+            of_device[SKIPPED] = skipped = _in_blocks(kept, skipping, residual)
             residual, unknown = residual - skipped, {SKIPPED}
-        residuals[user.name] = residual
+        hands[user.name] = at.ended(np.asarray(device.taken))
+        residuals[user.name] = at.ended(residual)
+        of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
+        parts[user.name] = {**of_blocks, **channel.parts}
         left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]
     return Budget(
         time_s,
         hands,
         {**parts, SERVER: {part: sums[rows] for part, sums in inside.items()}},
         {name: residuals[name] for name in (*hands, SERVER)},
-        frames,
         frozenset(tanks),
         notes_on(users, known, server, left_over),
         {user.name: declared(scenario, known[user.name]) for user in users},
@@ -106,6 +107,13 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )
+
+
+def _in_blocks(sums: BlockSums, rows: NDArray[np.intp], energy: Array) -> Array:
+    """Return how much an energy grew in the blocks of some ticks and of those behind them."""
+    inside = np.zeros(len(energy), dtype=bool)
+    inside[np.searchsorted(sums.user.block_ends, [rows, rows + 1], side="right")] = True
+    return np.cumsum(np.where(inside, np.diff(energy, prepend=0.0), 0.0))
 
 
 def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:

@@ -26,13 +26,12 @@ import numpy as np
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import without
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
 from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces
 
-TOLERANCE_J = 1e-6
-TOLERANCE_RELATIVE = 1e-6
 MOST_SHOWN = 3  # intervals not judged
 
 

@@ -8,13 +8,12 @@
 
 at every server step. On the strict channel packets were paid with what went up, and what came
 down is the playout's wave with what it released beside it. Without waves, and where something at
-the device answers the outgoing wave at once, only E_hand exists. A tick counts once it has run, a
-server step with its whole period at its start (theory.md 13.1, 13.2, 13.3).
+the device answers the outgoing wave at once, only E_hand exists. A block of a master counts once
+it has ended, a server step with its whole period at its start (theory.md 13.1, 13.2, 13.3).
 
 A recording leaves balances open across its holes and between two clocks. *Holes:* running sums of
 waves only grow, so E(t) >= in(start) - out(end) in a hole. Where that is above the limit, the
-balance is judged across it. Where only the server's records are missing, E_hand(t) >= work(t) -
-u_s(end) + v_s(start), with the work tick by tick. *Clocks:* a balance below the limit at every
+balance is judged across it. *Clocks:* a balance below the limit at every
 alignment of two hosts' clocks within its uncertainty is a violation; one below at some is not
 judged (theory.md 13.9).
 """
@@ -24,7 +23,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pmwvc_analysis.budget.blocks import paid, released
 from pmwvc_analysis.budget.criterion import (
     Declared,
     Finding,
@@ -33,10 +31,11 @@ from pmwvc_analysis.budget.criterion import (
     together,
     tolerance,
 )
-from pmwvc_analysis.traces.hand_work import HandWork, hand_work
+from pmwvc_analysis.traces.block_sums import BlockSums, up_to
+from pmwvc_analysis.traces.hand_work import hand_work
 from pmwvc_analysis.traces.holes import AGAIN, Stretches, Unjudged, stretches
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
-from pmwvc_analysis.traces.sums import UserSums, running
+from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Array
@@ -45,7 +44,6 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 UNRESOLVED = "the steps of the encoder leave the work of the hand open"
-ROUNDING_S = 1e-6  # of times
 STEPS = 9  # alignments that are tried within the uncertainty
 
 
@@ -105,8 +103,6 @@ class UserEnergy:
     down: Balance | None
     joint: Balance  # E_hand
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
-    given_j: Array = field(default_factory=lambda: np.zeros(0))  # of v_s, at the times of joint
-    hand: HandWork | None = None  # tick by tick; None where it is known by blocks only
 
     @property
     def parts(self) -> dict[str, Balance]:
@@ -153,29 +149,36 @@ def _of_user(
         return result[rows]
 
     taken = begun(taken[steps], "joined_s")
+    blocks = BlockSums(user, traces.live)
+    ended, sent = blocks.ended(times), blocks.sent(times)
     work = hand_work(user, known.device if known else None)
-    (worked, resolution), gone = work.at(user, times), np.zeros(len(times))
-    sums, up, down = UserSums(user, times, to_end=True), None, None
+    passed_on = begun(up_to(blocks.of_wave("v_m") + blocks.released, ended))
+    gone, up, down = died, None, None
     if scenario is not None and scenario.strict and known is not None:
-        paid_j = begun(paid(sums, live=traces.live) - died)
+        paid_j = begun(up_to(user.energy["u_tx"], sent) - died)
         up = Balance(times[rows], paid_j, taken, float(scenario.server.store_j))
-        given_up = discarded(times, server, traces, sums)
+        given_up = discarded(times, server, traces, blocks)
         gone = died + given_up
         if not alters_wave(known.master):
-            given = sums.of_wave("v_m") + released(sums, after_s=np.inf)
             lent_j = float(known.master.store_j)
-            down = Balance(times[rows], begun(v_s - given_up), begun(given), lent_j)
+            down = Balance(times[rows], begun(v_s - given_up), passed_on, lent_j)
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
-        up = Balance(times[rows], begun(sums.of_wave("u_m") - died), taken)
-        down = Balance(times[rows], begun(v_s), begun(sums.of_wave("v_m")))
-        gone = died
-    given_j = begun(v_s)
+        up = Balance(times[rows], begun(up_to(blocks.of_wave("u_m"), ended) - died), taken)
+        down = Balance(times[rows], begun(v_s), passed_on)
+    else:
+        gone = np.zeros(len(times))
     declared_j = sum(declared(scenario, known)) if scenario and known else 0.0
     bound_j = counts_j(traces, scenario, user.name)
-    came, went = begun(worked - gone), taken - given_j
-    joint = Balance(times[rows], came, went, declared_j, bound_j, resolution[rows])
-    by_ticks = work if len(work.sums) == len(user.time_s) else None
-    return UserEnergy(user.name, up, down, joint, stays, given_j, by_ticks)
+    came, went = begun(up_to(work.sums, ended) - gone), taken - begun(v_s)
+    open_j = up_to(work.resolution, ended)[rows]
+    joint = Balance(times[rows], came, went, declared_j, bound_j, open_j)
+    return UserEnergy(user.name, up, down, joint, stays)
+
+
+def port_sums(server: ServerTraces) -> tuple[Array, Array]:
+    """Return what the server took in at the ports of all users, and what it gave, at its steps."""
+    u_s, v_s = (sum_of(map(running, e)) for e in (server.energy_u_s, server.energy_v_s))
+    return u_s, v_s
 
 
 def declared(scenario: Scenario, user: User) -> Declared:
@@ -188,42 +191,14 @@ def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
     """Return the intervals that may hide a violation of a balance whose sums never fall."""
     found = []
     for interval in unknown:
-        before, after = _around(interval, balance)
+        before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
+        after = int(np.searchsorted(balance.time_s, interval.end_s))
         if interval.why != AGAIN and after < len(balance.time_s):
             came = float(balance.energy_in_j[before]) if before >= 0 else 0.0
             least = came - float(balance.energy_out_j[after])
             if least >= -float(balance.tolerance_j[after]):
                 continue
         found.append(interval)
-    return found
-
-
-def _around(interval: Unjudged, balance: Balance) -> tuple[int, int]:
-    """Return the rows of a balance before an interval, -1: none, and behind it."""
-    before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
-    return before, int(np.searchsorted(balance.time_s, interval.end_s))
-
-
-def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> dict[Unjudged, float]:
-    """Return, of holes in the server's records, those in which the balance at the port of the hand
-    is bounded to be above its limit, and the least that it can have been [J].
-    """
-    joint, hand, given_j = entry.joint, entry.hand, entry.given_j
-    taken_j, limit_j = joint.energy_out_j + given_j, joint.limit_j + joint.resolution_j
-    found: dict[Unjudged, float] = {}
-    for interval in unknown:
-        before, after = _around(interval, joint)
-        if hand is None or before < 0 or after >= len(joint.time_s):
-            continue
-        first, last = np.searchsorted(hand.ran_s, joint.time_s[[before, after]] - ROUNDING_S)
-        sums = np.concatenate([[0.0], hand.sums])[first : last + 1]
-        worked_j = float(sums.min() - sums[0])
-        # what was given up or begun anew in between counts from the beginning on
-        gone_j = float(joint.energy_in_j[before] + sums[-1] - sums[0] - joint.energy_in_j[after])
-        came_j = float(joint.energy_in_j[before]) + worked_j - max(gone_j, 0.0)
-        least_j = came_j - float(taken_j[after] - given_j[before])
-        if least_j >= limit_j[after]:
-            found[interval] = least_j
     return found
 
 

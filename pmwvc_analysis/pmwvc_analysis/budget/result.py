@@ -12,7 +12,7 @@ is not known.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +20,9 @@ from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
 from pmwvc_analysis.budget.parts import SKIPPED, Remainder, accounted, words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
+from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
 from pmwvc_core.numeric import Array
 
-TOLERANCE = 1e-9  # of the energy moved
-TOLERANCE_NOTED = 2e-2  # where ``notes`` give a reason
-SMALLEST_J = 1e-12
 DRAWN = 3  # active parts in a figure, which has no room for small ones
 DRAWN_RATIO = 1e-2  # of the energy moved
 SERVER = "server"
@@ -39,13 +37,6 @@ PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
 Sums = dict[str, Array]  # running sums [J] by part
 
 
-class Totals(NamedTuple):
-    """A running sum [J] over time."""
-
-    time_s: Array
-    sums: Array
-
-
 @dataclass(frozen=True)
 class Budget:
     """Running energies at ``time_s``; by owner (a user, or ``server``), then by part [J]."""
@@ -54,7 +45,6 @@ class Budget:
     hands: dict[str, Array]
     parts: dict[str, Sums]
     residuals: dict[str, Array]
-    at_frames: dict[str, dict[str, Totals]] = field(default_factory=dict)  # known better then
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, Declared] = field(default_factory=dict)  # by user
@@ -78,19 +68,18 @@ class Budget:
     @property
     def tolerance_j(self) -> float:
         """Largest residual with which the budget closes [J]."""
-        return SMALLEST_J + (TOLERANCE_NOTED if self.notes else TOLERANCE) * self.moved_j
+        return SMALLEST_J + (CLOSED_NOTED if self.notes else CLOSED) * self.moved_j
 
     @property
     def closes(self) -> bool:
         """Tell whether the residual was never larger than that."""
         return bool(np.abs(self.residual_j).max(initial=0.0) <= self.tolerance_j)
 
-    def judged(self) -> Iterator[tuple[str, str, Totals]]:
+    def judged(self) -> Iterator[tuple[str, str, Array]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            known = {part: Totals(self.time_s, sums) for part, sums in parts.items()}
+            known = dict(parts)
             known.pop(SKIPPED, None)  # the hand's work then is not known
-            known |= self.at_frames.get(owner, {})
             if owner in self.counts:
                 counted = {part: known.pop(part) for part in AT_COUNTS if part in known}
                 if not any(each.owner == owner for each in self.remainders):
@@ -104,7 +93,7 @@ class Budget:
                 for part in ("position_spent", "late_decoding", "withheld"):
                     known.pop(part, None)
                 paid = [part for part in (*PAID, *PAID_PORT) if part in parts]
-                known |= _joined({part: Totals(self.time_s, parts[part]) for part in paid})
+                known |= _joined({part: parts[part] for part in paid})
             for part, found in known.items():
                 yield owner, part, found
 
@@ -112,13 +101,13 @@ class Budget:
     def findings(self) -> list[Finding]:
         """Return the result of the passivity criterion for every part."""
         moved, found = self.moved_j, []
-        for owner, part, (time_s, sums) in self.judged():
+        for owner, part, sums in self.judged():
             declared = self.declared.get(owner, Declared())  # by the parts that hold it
             tank, links = "position_spent" in part or "node" in part, "link" in part
             unjudged = self.server_holes if owner == SERVER else ()
-            known = time_s < min((hole.start_s for hole in unjudged), default=np.inf)
+            known = self.time_s < min((hole.start_s for hole in unjudged), default=np.inf)
             judged = judge(
-                owner, part, time_s[known], sums[known], moved_j=moved, decides=False,
+                owner, part, self.time_s[known], sums[known], moved_j=moved, decides=False,
                 tolerance_j=tolerance(np.full(int(known.sum()), moved)), unjudged=unjudged,
                 declared_j=tank * declared.controller_j + links * declared.playouts_j,
                 counts_j=self.counts.get(owner, 0.0) if AT_COUNTS[0] in part else 0.0,
@@ -181,10 +170,9 @@ class Budget:
         return [(t, [None if s is None else _last(s) for s in row]) for t, row in lines]
 
 
-def _joined(members: dict[str, Totals]) -> dict[str, Totals]:
-    """Return series of the same times as the one of their sum, named after all of them."""
-    time_s = next(iter(members.values())).time_s
-    return {"_and_".join(members): Totals(time_s, sum_of(each.sums for each in members.values()))}
+def _joined(members: Sums) -> Sums:
+    """Return running sums as the one of their sum, named after all of them."""
+    return {"_and_".join(members): sum_of(members.values())}
 
 
 def _last(sums: Array) -> float:

@@ -16,12 +16,11 @@ from pmwvc_analysis.events import limits, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
+from pmwvc_analysis.traces.thresholds import SILENT_INTERVALS, SILENT_S
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, SessionTraces
 
-SILENT_S = 0.1
-INTERVALS = 5.0  # of the usual interval between two packets
 MOST = 10
 
 
@@ -103,7 +102,7 @@ def _of_link(fates: FateTraces) -> Iterator[tuple[int, float, int]]:
     steps = np.diff(out) * 1e-9
     usual = float(np.median(steps))
     numbers = np.sort(fates.number)
-    for row in np.flatnonzero(steps > max(SILENT_S, INTERVALS * usual)).tolist():
+    for row in np.flatnonzero(steps > max(SILENT_S, SILENT_INTERVALS * usual)).tolist():
         start, end = int(out[row]), int(out[row + 1])
         came = (fates.time_in_ns > start) & (fates.time_in_ns < end)
         if not came.any():

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
+from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
@@ -33,15 +34,8 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.impedance import WavePort
 
-LEAST_J = 1e-9  # below this a returning wave was not shortened
-WINDOW_S = 0.5
-LASTING_S = 1.0
-LOST_M = 2e-3
-LOST_RATIO = 3.0
 RETURN = "soft start"
 SPEED = ("faster than", RETURN)  # reasons that are the motion's and not the network's
-NEARLY = 0.9  # of a speed limit, which is judged between two rows as well
-LARGEST = 0.99  # of the largest force: a force that is as large as the limits allow
 
 
 class Withheld(NamedTuple):
@@ -69,12 +63,12 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         half = 0.5 * server.periods_s
         kept_j = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
         energy = float(kept_j.sum())
-        if not energy > LEAST_J:
+        if not energy > th.WITHHELD_J:
             continue
         off = u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)
         off = np.where(there[:, np.newaxis], off / root(2.0 * known[user.name].impedance), 0.0)
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
-        first_s = float(server.time_s[np.argmax(kept_j > 0.01 * LEAST_J)])
+        first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
         lost_s = _lost_s(user, server, index, moved)
         found[user.name] = Withheld(energy, float(_length(moved).max()), first_s, lost_s)
     return found
@@ -128,8 +122,8 @@ def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) ->
         travel = np.where(touching[:, np.newaxis], way - way[since], 0.0)  # in this contact
         natural = _length(_mean(travel, server.period_s))
         natural = natural + _length(_mean(apart - own, server.period_s))
-        gone = _length(_mean(own, server.period_s)) > LOST_M + LOST_RATIO * natural
-        steps = max(1, round(LASTING_S / server.period_s))
+        gone = _length(_mean(own, server.period_s)) > th.LOST_M + th.LOST_RATIO * natural
+        steps = max(1, round(th.LASTING_S / server.period_s))
         sums = np.concatenate([[0], np.cumsum(gone)])
         lasting = np.flatnonzero(sums[steps:] - sums[:-steps] == steps)
         if len(lasting):
@@ -139,7 +133,7 @@ def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) ->
 
 def _mean(values: Array, period_s: float) -> Array:
     """Return the mean over the last 0.5 s; before that, of the pause before the first value."""
-    rows = max(1, round(WINDOW_S / period_s))
+    rows = max(1, round(th.WITHHELD_S / period_s))
     sums = np.cumsum(values, axis=0)
     before = np.concatenate([np.zeros_like(sums[:rows]), sums[:-rows]])[: len(sums)]
     return np.asarray((sums - before) / rows)
@@ -159,7 +153,7 @@ def taken_over(traces: SessionTraces, scenario: Scenario | None) -> str:
             reason = user.reason[faults[0]] or "no reason given"
             return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
         braked, ratio = _braked(user, traces.duration_s, damped_m_s.get(user.name, 0.0))
-        if braked >= 3 or ratio > 0.05:
+        if braked >= th.OFTEN or ratio > th.OFTEN_RATIO:
             return (
                 f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
                 "device, or the force was ramping up after it"
@@ -174,11 +168,11 @@ def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
         half, shortened = (user.time_s > traces.duration_s / 2) & unbraked(user), limited(user)
         ratio = float((shortened & half).sum() / max(half.sum(), 1))
         times = int(begins(shortened & half).sum())
-        if ratio > 0.05 and times >= 3:
+        if ratio > th.OFTEN_RATIO and times >= th.OFTEN:
             limits = f"the force was limited {count(times, 'time')}"
             words = words or f"{user.name}: {limits}, {ratio:.0%} of the second half"
             size = np.linalg.norm(user.f_applied, axis=-1)
-            at_most &= bool(np.mean(size[shortened] > LARGEST * size.max()) > 0.5)
+            at_most &= bool(np.mean(size[shortened] > th.LARGEST * size.max()) > 0.5)
     return words, at_most
 
 
@@ -202,7 +196,7 @@ def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int
         if all(reason == RETURN for reason in reasons):  # of this block and the two before
             rows = slice(int(user.block_rows[max(start - 2, 0)]), int(user.block_ends[start]))
             speed_m_s = np.linalg.norm(user.xd_m[rows], axis=-1).max(initial=0.0)
-            if speed_m_s < NEARLY * damped_m_s:
+            if speed_m_s < th.NEARLY * damped_m_s:
                 continue
         if all(reason.startswith(SPEED) for reason in reasons):
             times += int(late[start])

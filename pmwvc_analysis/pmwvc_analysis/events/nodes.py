@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import runs
@@ -22,16 +23,7 @@ from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 Event = dict[str, Any]
 STARTING, COUPLED, DAMPING, FAULT = SafetyState
 RELEASED = "released"  # in the reason, once damping itself has been released
-LIMITED_N = 1e-3  # a force that differs by this much and
-LIMITED_RATIO = 0.01  # by this ratio was limited
-JOIN_S = 0.25
 MOST = 20  # events of one kind; more are reported as one
-STALL_S = 0.02  # a pause of a loop this long is an event
-STEPS = 2.5  # and this many periods
-DEBOUNCE_S = 0.05  # contact that is lost for less than this was not lost
-APART_M = 2e-3  # a device moves on by less while its first packet is under way
-CAUSE_S = 0.3  # how long before a release its cause is looked for
-END_S = 0.1
 
 
 def event(time_s: float | None, who: str, kind: str, what: str) -> Event:
@@ -68,7 +60,7 @@ def of_master(user: UserTraces) -> Iterator[Event]:
             lost = True
             yield event(time_s, who, "damping", f"force ramps up from zero: {reason}")
     flags = limited(user)
-    found = runs(flags, user.time_s, JOIN_S)
+    found = runs(flags, user.time_s, th.JOIN_S)
     for place, (first, last) in enumerate(found[: MOST + 1]):
         rows = slice(first, last + 1)
         asked, applied = (
@@ -95,7 +87,7 @@ def limited(user: UserTraces) -> Flags:
     with np.errstate(invalid="ignore", over="ignore"):
         asked = np.linalg.norm(user.f_m, axis=-1)
         off = np.linalg.norm(user.f_m - user.f_applied, axis=-1)
-    return np.asarray(unbraked(user) & (off > LIMITED_RATIO * asked + LIMITED_N))
+    return np.asarray(unbraked(user) & (off > th.LIMITED_RATIO * asked + th.LIMITED_N))
 
 
 def unbraked(user: UserTraces) -> Flags:
@@ -118,7 +110,7 @@ def _stalls(
 ) -> Iterator[Event]:
     """Yield pauses of a loop that no hole of the recording explains."""
     pauses = np.diff(time_s)
-    paused = pauses > max(STALL_S, STEPS * period_s)
+    paused = pauses > max(th.STALL_S, th.STALL_PERIODS * period_s)
     for start_s, end_s in known:
         paused &= (start_s >= time_s[1:]) | (time_s[:-1] >= end_s)
     found = np.flatnonzero(paused).tolist()
@@ -156,7 +148,7 @@ def _presence(
     for row in sorted({0, *changed, *again}) if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])
         before = Presence.ABSENT if row in again else before
-        if now == before or time_s > duration_s - END_S:
+        if now == before or time_s > duration_s - th.END_S:
             continue
         if now == Presence.ABSENT:
             yield event(time_s, name, "leave", "left the server")
@@ -164,7 +156,7 @@ def _presence(
             text = "joined at the server"
             if user is not None and len(user.time_s):
                 apart = user.x_m[user.rows_at(server.time_s[row])] - server.x_s[index][row]
-                if (length_m := float(np.linalg.norm(apart))) > APART_M:
+                if (length_m := float(np.linalg.norm(apart))) > th.APART_M:
                     text += f", {1e3 * length_m:.1f} mm from its device"
             yield event(time_s, name, "join", text)
         elif now == Presence.DAMPING:
@@ -178,12 +170,12 @@ def _presence(
 def _contacts(
     server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, made: str
 ) -> Iterator[Event]:
-    name, found = server.users[index], runs(touching(server, index), server.time_s, DEBOUNCE_S)
+    name, found = server.users[index], runs(touching(server, index), server.time_s, th.DEBOUNCE_S)
     for first, last in found[:MOST]:
         force = float(np.nanmax(np.linalg.norm(server.f_s[index][first : last + 1], axis=-1)))
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
         yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
-        if end < min(duration_s, float(server.time_s[-1])) - END_S:
+        if end < min(duration_s, float(server.time_s[-1])) - th.END_S:
             cause = _cause(server, index, user, end)
             yield event(end, name, "release", f"contact lost: {cause}")
     if len(found) > MOST:
@@ -198,11 +190,11 @@ def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: floa
         return "the user left"
     if any(server.time_s[s.last] < at_s <= server.time_s[s.row] for s in starts(server)):
         return "the server was started again"
-    near = (server.time_s > at_s - CAUSE_S) & (server.time_s <= at_s)
+    near = (server.time_s > at_s - th.CAUSE_S) & (server.time_s <= at_s)
     if (server.state[index][near] == Presence.DAMPING).any():
         return "no packet reached the server"
     if user is not None:
-        blocks = (user.block_time_s > at_s - CAUSE_S) & (user.block_time_s <= at_s)
+        blocks = (user.block_time_s > at_s - th.CAUSE_S) & (user.block_time_s <= at_s)
         rows = np.flatnonzero(blocks & (user.state != COUPLED))
         if len(rows):
             return f"safety limits: {user.reason[int(rows[-1])] or 'not coupled'}"

@@ -66,13 +66,12 @@ def _stack(time_s: Array, groups: dict[str, Array]) -> list[Layer]:
 
 def _active(found: Budget, active: list[tuple[str, str]], kept: slice) -> Panel:
     judged = {(owner, part): series for owner, part, series in found.judged()}
-    unit, scale = _unit(np.concatenate([judged[each].sums for each in active]))
+    unit, scale = _unit(np.concatenate([judged[each] for each in active]))
     lines = []
     for index, (owner, part) in enumerate(active):
-        series = judged[owner, part]
-        sums = series.sums[kept] * scale
+        sums = judged[owner, part][kept] * scale
         label = f"{owner}: {words_of(part)}"
-        lines.append(Curve(label, series.time_s[kept], sums, user_tint(index), DASHES[index]))
+        lines.append(Curve(label, found.time_s[kept], sums, user_tint(index), DASHES[index]))
     title = "Components that generated energy"
     return Panel(f"energy taken in [{unit}]", lines=lines, title=title, with_zero=True)
 

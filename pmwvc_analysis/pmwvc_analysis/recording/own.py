@@ -96,8 +96,11 @@ def _own_epochs(by_topic: Topics, types: Mapping[str, str]) -> dict[str, set[int
         own[topic] = of_sender[node] = _in_turn(_spans(by_topic[topic]), sent)
     for topic, kind in types.items():
         if kind in (schemas.WAVE, schemas.RECEPTION):
-            known = of_sender.get(_sender(topic), set())
-            own[topic] = _in_turn(_spans(by_topic[topic]), known)
+            known, spans = of_sender.get(_sender(topic), set()), _spans(by_topic[topic])
+            own[topic] = _in_turn(spans, known)
+            if kind == schemas.RECEPTION and own[topic] & known:  # a start that no trace has yet
+                ended_ns = max(spans[epoch][1] for epoch in own[topic])
+                own[topic] |= {epoch for epoch, (first, *_) in spans.items() if first > ended_ns}
     return own
 
 

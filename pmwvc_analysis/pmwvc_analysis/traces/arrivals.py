@@ -13,15 +13,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.traces.sums import FINAL_S, without
+from pmwvc_analysis.traces.thresholds import FINAL_S, GONE_S, LATE
 from pmwvc_core.law.channel.pace import EARLY_S, LONGEST_S
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces
-
-LATE = 0.5  # of the time that a packet stands for
-UNEVEN = 0.01  # of the time spent waiting for late packets: more than that moves a device
-GONE_S = 1.0  # of silence at the end, after which nobody waits for a link
 
 
 def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float:
@@ -30,14 +26,6 @@ def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float
         return 0.0
     lengths_s = (np.diff(_waits(each, start_s, end_s)).sum() for each in links)
     return float(max(lengths_s, default=0.0)) / (end_s - start_s)
-
-
-def timely(
-    links: Iterable[PacketTraces], start_s: float, end_s: float
-) -> list[tuple[float, float]]:
-    """Return the stretches, from and until [s], in which nothing waited for a late packet."""
-    waits = [wait for packets in links for wait in _waits(packets, start_s, end_s).tolist()]
-    return without(waits, start_s, end_s)
 
 
 def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:

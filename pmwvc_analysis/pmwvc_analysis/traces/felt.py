@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.holes import gaps
 from pmwvc_analysis.traces.sums import begins
 from pmwvc_core.frame.rows import Presence
@@ -33,16 +34,6 @@ from pmwvc_core.params import OperatorParams
 from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-
-STEP_S = 1e-3
-BLOW_N = 0.3  # a fifth of a grip of 1.6 N: twice to three times what fingers can tell apart
-IMPACT_S = 0.5  # the longest way back to the hand, and the bounces
-TOUCH_N = 0.02  # a force of the environment from which on an avatar touches it
-BACK_S = 1.0
-DEFAULT_BAND_HZ = 8.0
-REST_BAND_HZ = 0.5
-MINIMUM_JERK = 6.0  # a minimum-jerk move of duration D has next to nothing above 6/D
-HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
 
 
 class Felt(NamedTuple):
@@ -70,7 +61,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         touches = touching(server, index)
         made_s = server.time_s[begins(touches)]
         latest = np.searchsorted(made_s, user.time_s, side="right") - 1
-        impact = (latest >= 0) & (user.time_s < np.append(made_s, 0.0)[latest] + IMPACT_S)
+        impact = (latest >= 0) & (user.time_s < np.append(made_s, 0.0)[latest] + th.IMPACT_S)
         steps[impact] = 0.0
         block = np.searchsorted(user.block_ends, np.arange(len(user.time_s)), side="right")
         master = user.state[np.minimum(block, len(user.state) - 1)] == SafetyState.COUPLED
@@ -82,7 +73,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     lasted_s[:-1][np.diff(user.tick) < 0] = user.tick_s
     worst = int(np.argmax(steps))
     largest_n, largest_s = float(steps[worst]), float(user.time_s[worst])
-    blows, ratio = int(begins(steps > BLOW_N).sum()), lasted_s[together].sum() / lasted_s.sum()
+    blows, ratio = int(begins(steps > th.BLOW_N).sum()), lasted_s[together].sum() / lasted_s.sum()
     found = Felt(largest_n, largest_s, blows, None, None, None, float(ratio))
     if scenario is None or known is None:
         return found
@@ -95,7 +86,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     held = together & touches[np.maximum(row, 0)] & np.isfinite(size)
     undisturbed_n = float(np.median(size[held])) if held.any() else 0.0
     felt_at = held & (user.time_s >= closed_s(user, scenario)) & (size >= undisturbed_n)
-    if undisturbed_n < BLOW_N or not felt_at.any():
+    if undisturbed_n < th.BLOW_N or not felt_at.any():
         return found
     since = slice(int(np.argmax(felt_at)), None)
     below = size < 0.5 * undisturbed_n
@@ -113,7 +104,7 @@ def touching(server: ServerTraces, index: int) -> Flags:
     touches = np.asarray(server.contact[index], dtype=bool)
     if touches.any():
         return touches
-    return np.asarray(np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > TOUCH_N)
+    return np.asarray(np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > th.TOUCH_N)
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
@@ -127,7 +118,9 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
 
 def _taken_away(traces: SessionTraces, user: UserTraces, scenario: Scenario, known: User) -> Flags:
     """Tell at which ticks the scenario takes the coupling of a user away."""
-    back_s = BACK_S + known.safety.soft_start_s + mean_s(known.link_up) + mean_s(known.link_down)
+    back_s = (
+        th.BACK_S + known.safety.soft_start_s + mean_s(known.link_up) + mean_s(known.link_down)
+    )
     server_s = traces.server.time_s[:1] if traces.server is not None else ()
     found = [(0.0, float(max([user.time_s[0], *server_s])))]
     zeros = traces.metadata.get("fate_zero_ns", {})
@@ -173,7 +166,7 @@ def _steps(user: UserTraces) -> Array:
     broken[1:] += np.diff(user.tick) < 0
     piece = np.cumsum(broken)
     steps = np.zeros(len(force))
-    for lag in range(1, max(1, round(STEP_S / user.tick_s)) + 1):
+    for lag in range(1, max(1, round(th.STEP_S / user.tick_s)) + 1):
         size = np.linalg.norm(force[lag:] - force[:-lag], axis=-1)
         size = np.where((piece[lag:] == piece[:-lag]) & np.isfinite(size), size, 0.0)
         steps[lag:] = np.maximum(steps[lag:], size)
@@ -187,14 +180,14 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
     trembles up to 10 Hz; so does one with a pointer, whose handle is let go and taken.
     """
     if operator.is_hand:
-        return max(2.0, MINIMUM_JERK / move_rise_s) if moves else REST_BAND_HZ
+        return max(2.0, th.MINIMUM_JERK / move_rise_s) if moves else th.REST_BAND_HZ
     if operator.is_sinusoid:
-        return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
+        return max(th.REST_BAND_HZ, th.HARMONICS * operator.frequency_hz)
     if operator.is_chirp:
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
     if operator.is_remote or operator.is_recorded:
-        return 10.0
-    return REST_BAND_HZ
+        return th.RECORDED_HZ
+    return th.REST_BAND_HZ
 
 
 def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
@@ -206,9 +199,9 @@ def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
     moves = scenario.task.moves
     rise = scenario.task.move_rise_s
     band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
-    band = max(band, HARMONICS * scenario.environment.drive_hz(scenario.server))
+    band = max(band, th.HARMONICS * scenario.environment.drive_hz(scenario.server))
     if closing:
-        band = max(band, MINIMUM_JERK / scenario.task.grip_rise_s)
+        band = max(band, th.MINIMUM_JERK / scenario.task.grip_rise_s)
     drives = (user.operator.frequency_hz for user in scenario.users)
     driven = all(user.operator.is_sinusoid for user in scenario.users)
     highest = max(drives) if driven else band

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.traces.block_sums import BlockSums
 from pmwvc_analysis.traces.holes import gaps
-from pmwvc_analysis.traces.sums import ran_s, up_to
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
@@ -27,50 +27,38 @@ ROUNDING_M = 1e-9
 
 
 class HandWork(NamedTuple):
-    """The work of the hand as sums after known rows; ``ran_s`` is when these had run."""
+    """The work of the hand [J] at the ends of blocks, and how far it may be off."""
 
-    ran_s: Array
     sums: Array
-    resolution: Array  # how far they may be off, as an encoder has steps
-
-    def at(self, user: UserTraces, times: Array) -> tuple[Array, Array]:
-        """Return the work of all ticks that ran by then, and how far it may be off [J]."""
-        count = np.searchsorted(self.ran_s, times - 0.001 * user.tick_s)
-        return up_to(self.sums, count), up_to(self.resolution, count)
+    resolution: Array
 
 
 def hand_work(user: UserTraces, device: DeviceParams | None) -> HandWork:
-    """Return the work of one user's hand: tick by tick where the recorded positions are what the
-    master counted, else at the ends of blocks. Without a ``device`` positions are exact.
+    """Return the work of one user's hand. Its encoder leaves it open where the master's sums are
+    those of the positions recorded. Without a ``device`` positions are exact.
     """
-    ran, resolution = ran_s(user), np.zeros(len(user.time_s))
-    if device is not None and device.encoder_step_m > 0.0:
-        size = np.sum(np.abs(user.f_applied), axis=-1)
-        change = np.sum(np.abs(np.diff(user.f_applied, axis=0, prepend=0.0)), axis=-1)
-        resolution = 0.5 * float(device.encoder_step_m) * (size + np.cumsum(change))
-    per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)
-    counted = np.concatenate([[0.0], np.cumsum(per_tick)])
-    recorded = user.energy.get("device")
-    if recorded is None or not len(recorded):
-        return HandWork(ran, counted[1:], resolution)
-    after = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
-    there = np.diff(after, prepend=0) > 0
-    recorded, after = recorded[there], after[there]
-    before = np.concatenate([[0], after[:-1]])
-    own, recorded_own = counted[after] - counted[before], np.diff(recorded, prepend=0.0)
-    # whether the sums before a block are on record
-    follows = np.concatenate([[user.tick[0] == 0], np.diff(user.tick)[before[1:] - 1] > 0])
-    follows &= ~np.isin(before - 1, gaps(user))
-    whole = follows & np.append(follows[1:], False)  # the next position is there as well
-    rounding = SAME_J + 1e-12 * len(per_tick) * np.abs(per_tick).max(initial=0.0)
-    if not np.allclose(own[whole], recorded_own[whole], rtol=SAME_RELATIVE, atol=rounding):
-        return HandWork(ran[after - 1], recorded, np.zeros(len(recorded)))
-    start = recorded - np.where(follows, recorded_own, own)
-    block = np.searchsorted(after, np.arange(len(per_tick)), side="right")
-    block = np.minimum(block, len(after) - 1)
-    sums = start[block] + counted[1:] - counted[before[block]]
-    sums[after - 1] = recorded
-    return HandWork(ran, sums, resolution)
+    blocks, force = BlockSums(user), user.f_applied
+    moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
+    counted = blocks.of_ticks(np.sum(force * moved, axis=-1))
+    sums = user.energy.get("device", counted)
+    if device is None or device.encoder_step_m <= 0.0 or not _counted(user, counted, sums):
+        return HandWork(sums, np.zeros(len(sums)))
+    change = np.cumsum(np.sum(np.abs(np.diff(force, axis=0, prepend=0.0)), axis=-1))
+    open_n = np.sum(np.abs(force), axis=-1) + change
+    return HandWork(sums, 0.5 * float(device.encoder_step_m) * open_n[user.block_ends - 1])
+
+
+def _counted(user: UserTraces, counted: Array, sums: Array) -> bool:
+    """Tell whether the master's sums are those of the positions recorded, in all blocks on record
+    with the next position.
+    """
+    own, recorded = (np.diff(each, prepend=0.0) for each in (counted, sums))
+    broken = np.union1d(gaps(user), np.flatnonzero(np.diff(user.tick) < 0))
+    whole = np.arange(len(own)) < len(own) - 1
+    whole[0] &= user.tick[0] == 0
+    blocks = np.searchsorted(user.block_ends, [broken, broken + 1], side="right")
+    whole[np.minimum(blocks, len(whole) - 1)] = False
+    return bool(np.allclose(own[whole], recorded[whole], rtol=SAME_RELATIVE, atol=SAME_J))
 
 
 class TrueMotion(NamedTuple):

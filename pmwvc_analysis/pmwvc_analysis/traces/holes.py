@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
-from pmwvc_analysis.traces.sums import UserSums
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -204,19 +203,6 @@ def stood_still(user: UserTraces) -> list[StoodStill]:
     lasted = (np.diff(user.tick)[rows] - 1) * user.tick_s
     found = np.stack([user.time_s[rows], lasted, given], axis=-1)
     return [StoodStill(*row) for row in found.tolist()]
-
-
-def over_skips(sums: UserSums, rows: NDArray[np.intp], energy: Array) -> Array:
-    """Return how much a running sum [J] at the instants of a budget changed in the blocks in which
-    the loop skipped ticks behind some rows: the master's own sums are those of whole blocks.
-    """
-    ends = np.append(sums.user.block_ends, len(sums.user.time_s))
-    first = np.concatenate([[0], ends])[np.searchsorted(ends, rows, side="right")]
-    last = ends[np.searchsorted(ends, rows + 1, side="right")]
-    until = sums.ticks[:, np.newaxis]
-    since = np.concatenate([[[0]], until[:-1]])
-    inside = np.any((until > first) & (since <= last), axis=-1)
-    return np.cumsum(np.where(inside, np.diff(energy, prepend=0.0), 0.0))
 
 
 def given_until(found: list[StoodStill], time_s: float) -> tuple[float, str]:

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.sums import UserSums, running
+from pmwvc_analysis.traces.block_sums import BlockSums, up_to
+from pmwvc_analysis.traces.sums import running
 from pmwvc_core.controllers.accounts import DISCARDED
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces
@@ -138,12 +139,14 @@ def died_up(
     return found
 
 
-def discarded(times: Array, server: ServerTraces, traces: SessionTraces, sums: UserSums) -> Array:
+def discarded(
+    times: Array, server: ServerTraces, traces: SessionTraces, blocks: BlockSums
+) -> Array:
     """Return what the playout of a device has discarded, from a server's second start on [J]."""
-    given_up, again = sums.user.accounts.get(DISCARDED.name), starts(server)
-    if not again or given_up is None or _of_one_start(traces, sums.user.name) is None:
+    given_up, again = blocks.user.accounts.get(DISCARDED.name), starts(server)
+    if not again or given_up is None or _of_one_start(traces, blocks.user.name) is None:
         return np.zeros(len(times))
-    known = sums.of_blocks(given_up, after_s=np.inf)
+    known = up_to(given_up, blocks.ended(times))
     return np.where(times >= again[0].begins_s, known, 0.0)
 
 

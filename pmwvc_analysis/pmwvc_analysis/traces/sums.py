@@ -1,23 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of a trace reduced: running sums of energy and their values at other instants, numbers of a
-summary, stretches with a flag set, intervals [s]. An unknown number is None, never NaN.
+"""Rows of a trace reduced: running sums of energy, numbers of a summary, stretches with a flag
+set, intervals [s]. An unknown number is None, never NaN.
 """
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_core.account import continued, wave_energy
-from pmwvc_core.numeric import Array, Flags, Value
-from pmwvc_core.traces import UserTraces
-
-FINAL_S = 0.5
+from pmwvc_analysis.traces.thresholds import FINAL_S
+from pmwvc_core.account import continued
+from pmwvc_core.numeric import Array, Flags
 
 
 def running(sums: Array) -> Array:
@@ -28,74 +23,6 @@ def running(sums: Array) -> Array:
 def sum_of(sums: Iterable[Array]) -> Array:
     """Return the sum of several energies over time; a plain zero of none."""
     return np.asarray(np.sum(list(sums), axis=0), dtype=float)
-
-
-def ran_s(user: UserTraces) -> Array:
-    """Return when each tick ran [s]."""
-    return np.maximum.accumulate(user.time_s + user.lateness_s)
-
-
-def up_to(sums: Array, count: NDArray[np.intp]) -> Array:
-    """Return a running sum after so many rows; zero before the first."""
-    return np.concatenate([[0.0], sums])[count]
-
-
-@dataclass(frozen=True)
-class UserSums:
-    """The running sums of one user's trace at the instants of a budget."""
-
-    user: UserTraces
-    time_s: Array
-    to_end: bool = False  # with the last tick, though what it led to is not on record
-
-    @cached_property
-    def ticks(self) -> NDArray[np.intp]:
-        """Recorded ticks that had run."""
-        user = self.user
-        count = np.searchsorted(ran_s(user), self.time_s - 0.001 * user.tick_s)
-        return count if self.to_end else np.minimum(count, len(user.time_s) - 1)
-
-    def of_ticks(self, per_tick: Value) -> Array:
-        """Return the sum of an energy per tick."""
-        return up_to(np.cumsum(per_tick), self.ticks)
-
-    def anchored(self, per_tick: Value, at_block_ends: Array | None, *, unknown: int = 0) -> Array:
-        """Return the sum of an energy per tick that the master summed up as well.
-
-        The sums that it kept, at the ends of its blocks, hold; in between the ticks' own values
-        are added. So a block that was not recorded leaves no hole in the energy. Of so many ticks
-        at the end the values are unknown: a block with any goes on from the one before.
-        """
-        sums: Array = np.cumsum(per_tick)
-        last = self.user.block_ends - 1
-        whole = np.flatnonzero(last < len(sums) - unknown)
-        if at_block_ends is None or not len(whole):
-            return up_to(sums, self.ticks)
-        last = last[whole]
-        blocks = np.minimum(np.searchsorted(last, np.arange(len(sums))), len(last) - 1)
-        sums = sums + (at_block_ends[whole] - sums[np.maximum(last, 0)])[blocks]
-        return up_to(sums, self.ticks)
-
-    def of_wave(self, wave: str) -> Array:
-        """Return the energy of a wave of the ticks."""
-        user = self.user
-        return self.anchored(wave_energy(getattr(user, wave), user.tick_s), user.energy.get(wave))
-
-    def of_blocks(self, sums: Array, *, after_s: float = 0.0) -> Array:
-        """Return a sum the master kept, which grows ``after_s`` into each of its blocks, that is,
-        behind the first tick of the block; infinity: with the end of the block.
-        """
-        user, ends = self.user, self.user.block_time_s
-        begins = np.concatenate([[-np.inf], ends[:-1]]) - 0.5 * user.tick_s
-        first = np.minimum(np.searchsorted(user.time_s, begins), len(user.time_s) - 1)
-        starts = np.minimum(user.time_s[first] + after_s, ends)
-        grown_s = ran_s(user)[user.rows_at(starts)]
-        return up_to(sums, np.searchsorted(grown_s, self.time_s + 0.001 * user.tick_s))
-
-    def between_blocks(self, sums: Array) -> Array:
-        """Return a sum known at the ends of blocks, taken to go evenly in between."""
-        ends = np.concatenate([[0.0], self.user.block_time_s])
-        return np.asarray(np.interp(self.time_s, ends, np.concatenate([[0.0], sums])))
 
 
 def number(value: Any) -> float | None:

@@ -17,12 +17,13 @@ from typing import NamedTuple
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.traces.thresholds import EARLY_S
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
-EARLY_S = 0.5  # before the end of the session
 LOOP = ("server", "netem")  # nodes that everybody needs
+KILL = ": kill"  # ends a disturbance that the scenario asks for
 
 
 class Ending(NamedTuple):
@@ -32,7 +33,7 @@ class Ending(NamedTuple):
     user: str
     time_s: float
     what: str
-    interrupts: bool = True  # False: the user left
+    interrupts: bool = True  # False: the user left, or the scenario asked for it
 
     @property
     def text(self) -> str:
@@ -64,6 +65,9 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
         sent = [topic for topic in traces.packets if re.fullmatch("/server/.*/wave_down", topic)]
         sent_s = _last_packet_s(traces, sent)
         found["server"] = _broken_off("server", "", last_s, sent_s)
+    killed = {e["who"] for e in events if e["kind"] == "disturbance" and e["what"].endswith(KILL)}
+    for who in killed & found.keys():
+        found[who] = found[who]._replace(what="was killed, as asked,", interrupts=False)
     return sorted(found.values(), key=lambda ending: ending.time_s)
 
 
@@ -118,7 +122,7 @@ def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
     cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
     if scenario is None or traces.simulated:
         return cut
-    if traces.duration_s > scenario.duration_s - EARLY_S:
+    if (end_s := session_end_s(traces, scenario)) > scenario.duration_s - EARLY_S:
         return ""
-    length = f"{traces.duration_s:.1f} of {scenario.duration_s:g} s"
+    length = f"{end_s:.1f} of {scenario.duration_s:g} s"
     return f"{cut}: {length} are on record" if cut else f"the session ended after {length}"

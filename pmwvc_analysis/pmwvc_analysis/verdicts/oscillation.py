@@ -15,24 +15,15 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
-from pmwvc_analysis.traces.felt import DEFAULT_BAND_HZ, bands, closed_s, encoder_noise_m_s
+from pmwvc_analysis.traces import thresholds as th
+from pmwvc_analysis.traces.felt import bands, closed_s, encoder_noise_m_s
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-
-OSCILLATION_M_S = 1e-3
-WINDOW_S = 0.25
-LEAST = 6  # windows: one for each third of the second half of a session
-SHORTEST_S = LEAST * WINDOW_S
-PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
-SETTLE_S = 1.0  # time for transients of contact to decay
-HALVED = 0.5  # of a motion's strength in the third of the judged span before
-FADED = 0.9  # last third over first: what an oscillation that is kept up does not fall to
-CHATTER = 4  # changes of contact in half a session: more are the loop's own
-LEAVING_S = 0.2  # within which users leave together at the end of a session
 
 
 @dataclass(frozen=True)
@@ -64,18 +55,18 @@ class Strength:
     @property
     def remains(self) -> bool:
         """Tell whether it did not halve from the first third to the last."""
-        return self.growth > HALVED
+        return self.growth > th.HALVED
 
     @property
     def fades(self) -> bool:
         """Tell whether it became less from third to third, too slowly to be seen to die out."""
-        return self.remains and self.growth < min(self.midway, FADED) and self.midway < 1.0
+        return self.remains and self.growth < min(self.midway, th.FADED) and self.midway < 1.0
 
     def decays_by(self, rate_per_s: float) -> bool:
         """Tell whether it changed as a motion that decays at a rate [1/s]; NaN: no such rate."""
         if not rate_per_s < 0.0 or self.growth <= 0.0:
             return False
-        return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(FADED)
+        return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(th.FADED)
 
 
 def lasts(found: Strength, motion: Motion) -> bool:
@@ -83,7 +74,7 @@ def lasts(found: Strength, motion: Motion) -> bool:
     mm/s, noise and sampling images, and not halved from the first third to the last.
     """
     images_m_s = motion.images * found.purposeful_m_s
-    beyond_all = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images_m_s)
+    beyond_all = found.late_m_s > max(th.OSCILLATION_M_S, motion.noise_m_s, images_m_s)
     return beyond_all and found.remains
 
 
@@ -94,20 +85,20 @@ def strength(motion: Motion, duration_s: float) -> Strength:
         return Strength(0.0, 0.0, known=len(pieces) <= 1)
     middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
     end_s = min(duration_s, float(motion.time_s[-1]) + motion.period_s)  # its user may have left
-    start_s = min(max(0.5 * end_s, motion.since_s), end_s)
+    start_s = min(max(0.5 * end_s, motion.since_s), max(end_s - th.SHORTEST_S, 0.0))
     third_s = (end_s - start_s) / 3.0
     edges_s = (start_s, start_s + third_s, start_s + 2.0 * third_s, math.inf)
     thirds = [(middles >= a) & (middles < b) for a, b in itertools.pairwise(edges_s)]
     last_two = middles >= edges_s[1]
     early, middle, late = (_median(levels[third]) for third in thirds)
     known = min(int(third.sum()) for third in thirds)
-    expected = 0.5 * third_s / WINDOW_S - 1.0
+    expected = 0.5 * third_s / th.WINDOW_S - 1.0
     return Strength(
         min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,
         known=len(pieces) <= 1 or known >= expected,
-        settled=motion.since_s <= 0.5 * end_s or 3.0 * third_s >= SETTLE_S,
+        settled=motion.since_s <= 0.5 * end_s or end_s - motion.since_s >= th.SETTLE_S,
         purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
     )
@@ -119,16 +110,18 @@ def shaking(motion: Motion) -> list[tuple[float, float]]:
     """
     found: list[tuple[float, float]] = []
     for middles, levels, _ in _levels(motion, _pieces(motion)):
-        for run in _long(levels > max(OSCILLATION_M_S, motion.noise_m_s)):
-            strong_m_s = np.sort(levels[run])[-LEAST]
-            for part in _long(levels[run] > HALVED * strong_m_s):
+        for run in _long(levels > max(th.OSCILLATION_M_S, motion.noise_m_s)):
+            strong_m_s = np.sort(levels[run])[-th.LEAST_WINDOWS]
+            for part in _long(levels[run] > th.HALVED * strong_m_s):
                 times = middles[run][part]
-                found.append((float(times[0]) - WINDOW_S / 2, float(times[-1]) + WINDOW_S / 2))
+                found.append(
+                    (float(times[0]) - th.WINDOW_S / 2, float(times[-1]) + th.WINDOW_S / 2)
+                )
     return found
 
 
 def _long(flags: Flags) -> list[slice]:
-    return [span for span in spans(flags) if span.stop - span.start >= LEAST]
+    return [span for span in spans(flags) if span.stop - span.start >= th.LEAST_WINDOWS]
 
 
 def _median(values: Array) -> float:
@@ -137,17 +130,17 @@ def _median(values: Array) -> float:
 
 def _pieces(motion: Motion) -> list[slice]:
     """Return the rows between pauses that are too long to filter across."""
-    pauses = np.diff(motion.time_s) > max(PAUSE_S, PAUSE_PERIODS * motion.period_s)
+    pauses = np.diff(motion.time_s) > max(th.PAUSE_S, th.PAUSE_PERIODS * motion.period_s)
     edges = [0, *(np.flatnonzero(pauses) + 1).tolist(), len(motion.time_s)]
     return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
 
 
 def _levels(motion: Motion, pieces: list[slice]) -> list[tuple[Array, Array, Array]]:
     """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window, for
-    each piece; empty where the motion is shorter than ``LEAST`` windows, or no number.
+    each piece; empty where the motion is shorter than ``LEAST_WINDOWS`` windows, or no number.
     """
-    rows = max(1, round(WINDOW_S / motion.period_s))  # of a window
-    if len(motion.velocity) // rows < LEAST or not np.isfinite(motion.velocity).all():
+    rows = max(1, round(th.WINDOW_S / motion.period_s))  # of a window
+    if len(motion.velocity) // rows < th.LEAST_WINDOWS or not np.isfinite(motion.velocity).all():
         return []
 
     def means(values: Array) -> Array:
@@ -168,19 +161,21 @@ def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
     """Return the part of a velocity above a frequency: a Butterworth high pass of order 4 forwards
     and backwards, no delay, by its response f^8/(f^8 + band^8).
 
-    The ends are continued by reflection in their last point, so that they do not ring.
+    The ends are continued by reflection in their last point, so that they do not ring; behind the
+    end as far as makes a length that is transformed fast.
     """
     rows = len(velocity)
     if band_hz * period_s >= 0.45 or rows < 30:
         return np.zeros_like(velocity)
     pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
     before = 2.0 * velocity[:1] - velocity[pad:0:-1]
-    after = 2.0 * velocity[-1:] - velocity[-2 : -pad - 2 : -1]
+    fast = next_fast_len(rows + 2 * pad, real=True) - rows - pad
+    after = 2.0 * velocity[-1:] - velocity[-2 : -min(fast, rows - 1) - 2 : -1]
     whole = np.concatenate([before, velocity, after])
     ratio = np.fft.rfftfreq(len(whole), period_s) / band_hz
     passed = ratio**8 / (1.0 + ratio**8)
-    spectrum = np.fft.rfft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
-    found: Array = np.fft.irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
+    spectrum = rfft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
+    found: Array = irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
     return found
 
 
@@ -191,7 +186,7 @@ def motions(
     device and of the object.
     """
     server = traces.server
-    band, images = DEFAULT_BAND_HZ, 0.0
+    band, images = th.DEFAULT_BAND_HZ, 0.0
     since_s = max(since_s, _disturbed_s(traces))
     if scenario is not None:
         last = stages(traces, scenario)[-1]
@@ -208,7 +203,8 @@ def motions(
     if server is not None:
         periods_s = server.periods_s[server.time_s >= since_s]
         period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
-        found.append(of("the object", server.time_s, period_s, server.xd_o))
+        there = server.time_s < traces.duration_s  # it runs on behind its users
+        found.append(of("the object", server.time_s[there], period_s, server.xd_o[there]))
     return found
 
 
@@ -222,10 +218,10 @@ def _disturbed_s(traces: SessionTraces) -> float:
         return 0.0
     latest = 0.0
     ends = [float(user.time_s[-1]) for user in traces.users if len(user.time_s)]
-    end_s = min([end for end in ends if end > traces.duration_s - LEAVING_S], default=np.inf)
+    end_s = min([end for end in ends if end > traces.duration_s - th.LEAVING_S], default=np.inf)
     for contact in server.contact:
         times = server.time_s[1:][np.diff(contact.astype(int)) != 0]
         times = times[times <= end_s]
-        if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= CHATTER:
+        if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= th.CHATTER:
             latest = max(latest, float(times[-1]))
     return latest

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.budget.criterion import bounded, passive_by_account, together
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
+from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.stages import Stage, same_lag, text_of
 from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.master.count_bound import CountBound
@@ -23,9 +24,8 @@ from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 
-LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
 UNKNOWN = "is not known before."
-UNEVEN = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
+LATE_PLAYOUT = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
 TOO_LATE = (
     f"channel = zeroing loses the motion of packets that do not come in time, which {UNKNOWN}"
 )
@@ -37,11 +37,8 @@ SKIPPED = (
     "channel = plain uses the newest packet of a server step only: what the others carried of the "
     f"motion is lost, how much {UNKNOWN}"
 )
-LATE = ("stall", "link", "damping")  # kinds of events behind which packets come late
-SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
+DELAYS = ("stall", "link", "damping")  # kinds of events behind which packets come late
 OFFSET = "offset of the device from its avatar at the end"
-OFFSET_M = 0.3e-3  # tolerance of an offset, and
-OFFSET_RATIO = 0.15  # that of its prediction
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
 TOOK_OVER = "these took over, so the prediction is open"
 STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
@@ -101,7 +98,7 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
     ports = summary["passivity"]["ports"]
     of = {verdict: [p for p in ports if p["passive"] is verdict] for verdict in (False, None)}
     owners = {verdict: listed(sorted({p["owner"] for p in own})) for verdict, own in of.items()}
-    if of[False] and all(port["held_j"] for port in of[False]):
+    if of[False] and all(map(_by_standing_loops, of[False])):
         text = (
             "Predicted that all ports are passive while loops run: open, the loop of "
             f"{owners[False]} stood still, and its last force stayed on."
@@ -114,6 +111,12 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
     }
     hit = together(port["passive"] for port in ports)
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was[hit]}.")
+
+
+def _by_standing_loops(port: dict[str, Any]) -> bool:
+    """Tell whether all that a port gave out came of loops that stood still."""
+    allowed_j = port["declared_j"] + port["encoder_bound_j"] + port["tolerance_j"]
+    return bool(-port["least_balance_j"] - allowed_j <= port["held_j"])
 
 
 def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
@@ -158,7 +161,7 @@ def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
 def _presses(entry: dict[str, Any]) -> bool:
     force, drift = entry["force_final_n"], entry["drift_m"]  # lists, where there are several axes
     known = isinstance(force, float) and isinstance(drift, float)
-    return known and abs(force) >= LEAST_FORCE_N
+    return known and abs(force) >= th.LEAST_FORCE_N
 
 
 def _of_user(
@@ -176,7 +179,7 @@ def _of_user(
     m_per_s, late_s = force / (2.0 * first_axis(user.impedance)), entry["late_s"]
     even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
     reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
-    if reason := reason or (UNEVEN if ranges and late_s is None else ""):
+    if reason := reason or (LATE_PLAYOUT if ranges and late_s is None else ""):
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
             f"{user.name}: {OFFSET}: measured {was_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are "
@@ -212,7 +215,7 @@ def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any])
         left_out = " and ".join(ways) or "packets"
         return f"A deadband left out {left_out}; the longest wait for one counts."
     if is_random(user.link_up) or is_random(user.link_down) or (live and scenario.zeroing):
-        return UNEVEN if scenario.strict else TOO_LATE if scenario.zeroing else HELD
+        return LATE_PLAYOUT if scenario.strict else TOO_LATE if scenario.zeroing else HELD
     if not scenario.strict and user.master.frame_s < scenario.server.period_s:
         return SKIPPED
     if live and not scenario.strict and (event := _held_up(user.name, summary)):
@@ -223,7 +226,7 @@ def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any])
 def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
     """Return the first event in which packets of a user came late, or a loop did not run."""
     own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
-    late = (each for each in summary["events"] if each["kind"] in LATE and each["who"] in own)
+    late = (each for each in summary["events"] if each["kind"] in DELAYS and each["who"] in own)
     return next((event for event in late if event["time_s"] is not None), None)
 
 
@@ -233,7 +236,7 @@ def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> 
         return "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
     known = isinstance(avatar, float)
-    if known and abs(force - avatar) > SAME_FORCE * max(abs(force), abs(avatar)):
+    if known and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
         return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
@@ -242,4 +245,4 @@ def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> 
 
 
 def _tolerance_m(predicted_m: float) -> float:
-    return OFFSET_M + OFFSET_RATIO * abs(predicted_m)
+    return th.OFFSET_M + th.OFFSET_RATIO * abs(predicted_m)

@@ -26,7 +26,6 @@ from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, StoodStill, given_until, holes, stood_still
 from pmwvc_analysis.traces.server_starts import starts
-from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.quantities import quantity, share
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.couplings import COMPENSATIONS
@@ -84,7 +83,7 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing, open_s))
+        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing))
         found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
@@ -96,37 +95,27 @@ def passivity(
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
-    """Return a finding with what forces held on gave, where that is all that was given out."""
+    """Return a finding with what of it forces gave that stayed on while a loop stood still."""
     if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
         return found
     held_j, when = given_until(still, found.least_s)
-    beyond_j = found.given_j - found.declared_j - found.counts_j
-    if held_j < beyond_j:
+    held_j = min(held_j, found.given_j - found.declared_j - found.counts_j)
+    if held_j <= found.tolerance_j:
         return found
-    why = (
-        f"explained by its loop, which stood still ({when}): forces that stayed on gave the hand "
-        f"{quantity(held_j, 'J')} until then"
+    gave = f"{quantity(held_j, 'J')} of it came of its loop, which stood still ({when})"
+    return replace(
+        found, held_j=held_j, why=f"{gave}: the force that stayed on gave it to the hand"
     )
-    return replace(found, held_j=beyond_j, why=why)
 
 
-def _of_user(
-    entry: energy.UserEnergy, missing: Sequence[Hole], uncertain_s: float
-) -> list[Finding]:
-    of_server = [hole.unjudged for hole in missing]
-    unknown = [*entry.stretches.unjudged, *of_server]
-    bounds = energy.bounded(entry, of_server) if uncertain_s == 0.0 else {}
-    open_ = {part: energy.hidden(ways, unknown) for part, ways in entry.parts.items()}
-    open_["hand_port"] = [interval for interval in unknown if interval not in bounds]
-    found = [ways.judged(entry.name, part, open_[part]) for part, ways in entry.parts.items()]
-    if found[-1].passive and bounds:  # the port of the hand
-        missing_s = sum(each.end_s - each.start_s for each in bounds)
-        why = (
-            f"in {missing_s:.2g} s {of_server[0].why} the port of the hand is bounded by the sums "
-            f"at both ends, to {quantity(min(bounds.values()), 'J')} at least"
+def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
+    unknown = [*entry.stretches.unjudged, *(hole.unjudged for hole in missing)]
+    return [
+        ways.judged(
+            entry.name, part, unknown if part == "hand_port" else energy.hidden(ways, unknown)
         )
-        found[-1] = replace(found[-1], why=why)
-    return found
+        for part, ways in entry.parts.items()
+    ]
 
 
 def _of_server(
@@ -134,7 +123,7 @@ def _of_server(
 ) -> Finding:
     server = traces.server
     assert server is not None
-    taken, given = (sum_of(map(running, e)) for e in (server.energy_u_s, server.energy_v_s))
+    taken, given = energy.port_sums(server)
     for start in starts(server):  # what it held died with the one before
         taken[start.row :] -= taken[start.last] - given[start.last]
     allowance_j = 0.0  # that a port ledger may give out without having received it
@@ -168,7 +157,7 @@ def verdict(found: Passivity, owner: str) -> str:
     if unknown:
         why = unknown[0].why  # some texts begin with when
         return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
-    least = min(ports, key=lambda port: port.least_j)
+    least = min(ports, key=lambda port: (port.least_j, -port.declared_j))
     if least.by_counts:
         bound = f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}"
         return f"{bound}: {part_words(least)}, {amount(least)}"

@@ -6,7 +6,7 @@ In this order:
 
 ``diverged``
     a signal is not finite, a wave longer than receivers take, a position more than half the
-    workspace outside of it, or an oscillation grows beyond 50 mm/s.
+    workspace outside of it, or an oscillation grows beyond 50 mm/s in a loop that is not passive.
 ``limited by safety``
     a fault, repeated braking for speed, or forces shortened again and again (events/limits.py).
 ``environment lost``
@@ -17,7 +17,7 @@ In this order:
 
 Not judged is what fades too slowly to tell, what hands did where no exact model decays, contact
 made or lost or a parameter changed just before the end, packets that came unevenly
-(traces/arrivals.py) unless the loop is seen to keep the motion up (drive.py), and a device that
+(traces/arrivals.py) unless the loop is seen to drive the motion (drive.py), and a device that
 never moved. Where a verdict contradicts the exact model, the words say so.
 """
 
@@ -26,31 +26,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events import limits
 from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
-from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
+from pmwvc_analysis.traces import thresholds as th
+from pmwvc_analysis.traces.arrivals import waited
+from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.drive import drive, kept_driven, kept_up
-from pmwvc_analysis.verdicts.oscillation import (
-    OSCILLATION_M_S,
-    SHORTEST_S,
-    Motion,
-    Strength,
-    lasts,
-    motions,
-    strength,
-)
+from pmwvc_analysis.verdicts.drive import drive, kept_driven
+from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.wave.impedance import largest_wave
 
-GROWN_M_S = 50e-3
-GROWS = 0.1  # per second: more than rigid motions of the exact model do by rounding
 LIMITED, SUSTAINED = "limited by safety", "sustained oscillation"
-DEFAULT_WORKSPACE_M = 0.2
 
 Judgement = tuple[bool | None, str | None, str]  # stable, kind of instability, what showed it
 
@@ -82,7 +74,7 @@ def _judged(
 ) -> Judgement:
     outside, left_s = _outside(traces, scenario)
     thrown = left_s > 0.0 and drive(traces, scenario, 0.0, left_s).thrown
-    if thrown and not _expected(traces, scenario)[0] > GROWS:
+    if thrown and not _expected(traces, scenario)[0] > th.GROWS_PER_S:
         return _unknown(f"{outside}; the hands did the work of it")
     if outside := outside or _beyond(traces, scenario):
         return False, "diverged", outside
@@ -90,15 +82,17 @@ def _judged(
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
     since_s = max([0.5 * traces.duration_s, *(motion.since_s for _, motion in lasting)])
     shaken = waited(links, since_s, traces.duration_s)
-    in_time = timely(links, since_s, traces.duration_s)
     by_hands = bool(lasting) and drive(traces, scenario, since_s, traces.duration_s).by_hands
-    shown = shaken <= UNEVEN and not by_hands
-    own = [pair for pair in lasting if shown or kept_up(*pair, traces.duration_s, in_time)]
+    shown = shaken <= th.UNEVEN and not by_hands
+    own = lasting if shown else []
     for found, motion in own:
-        if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
+        if found.late_m_s > th.GROWN_M_S and found.growth >= th.GROWN:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             model = _expected(traces, scenario)[1]
-            return False, "diverged", "; ".join([why, model] if model else [why])
+            energies = user_energies(traces, scenario)
+            passive = energies and all(each.passive is True for each in energies)
+            kind = SUSTAINED if passive else "diverged"  # what a passive loop holds is bounded
+            return False, kind, "; ".join([why, model] if model else [why])
     if took_over := limits.taken_over(traces, scenario):
         return False, LIMITED, took_over
     shortened, saturated = limits.often_shortened(traces)
@@ -116,20 +110,24 @@ def _judged(
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
         speed = f"{found.late_m_s * 1e3:.1f} mm/s beyond the voluntary band"
-        explained = f"{motion.name} moves with {speed}, and the hands did the work of it"
+        explained = f"{motion.name} moves with {speed}, and the loop did not drive it"
         if not rate_per_s < 0.0:
             return _unknown(f"{explained}: whether the loop keeps it up is not known")
         explained = f"{explained}; {model}"
-    if (length_s := traces.duration_s) < SHORTEST_S:
-        return _unknown(f"{length_s:.2g} s are too short to judge, {SHORTEST_S:g} s at least")
+    if (length_s := traces.duration_s) < th.SHORTEST_S:
+        return _unknown(f"{length_s:.2g} s are too short to judge, {th.SHORTEST_S:g} s at least")
     if unknown := ", ".join(motion.name for found, motion in strengths if not found.known):
-        return _unknown(f"too little of the motion of {unknown} was recorded")
+        loops = [(user.name, sum(s.lasted_s for s in stood_still(user))) for user in traces.users]
+        still = [
+            f"; the loop of {name} stood still for {for_s:.2f} s" for name, for_s in loops if for_s
+        ]
+        return _unknown(f"too little of the motion of {unknown} is known{''.join(still)}")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
     if traces.users and not any(
-        np.abs(user.xd_m).max() > OSCILLATION_M_S for user in traces.users
+        np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in traces.users
     ):
-        return _unknown(f"no device moved faster than {OSCILLATION_M_S * 1e3:g} mm/s")
+        return _unknown(f"no device moved faster than {th.OSCILLATION_M_S * 1e3:g} mm/s")
     return True, None, explained or _quiet_words([found for found, _ in strengths])
 
 
@@ -157,9 +155,8 @@ def _of_lasting(
         return _unknown(f"{what} {since}; {motion.name} still moved with {speed}")
     if shaken is not None:
         return _unknown(
-            f"{moves}, while {shaken:.0%} of the time went by in waiting for late packets, and is "
-            "not seen to go on by itself between them: whether the network or the loop moves it "
-            "is not known"
+            f"{moves}, while {shaken:.0%} of the time went by in waiting for late packets: "
+            "whether the network or the loop moves it is not known"
         )
     if found.fades:
         return _unknown(
@@ -192,9 +189,9 @@ def _quiet_words(found: list[Strength]) -> str:
     """Return why motion beyond the voluntary band is no oscillation, with its amount."""
     strongest_m_s = max((each.late_m_s for each in found), default=0.0)
     text = f"motion faster than the voluntary band, {strongest_m_s * 1e3:.1f} mm/s at the end,"
-    if strongest_m_s <= OSCILLATION_M_S:
-        return f"{text} stays below {OSCILLATION_M_S * 1e3:g} mm/s"
-    if any(each.late_m_s > OSCILLATION_M_S and not each.remains for each in found):
+    if strongest_m_s <= th.OSCILLATION_M_S:
+        return f"{text} stays below {th.OSCILLATION_M_S * 1e3:g} mm/s"
+    if any(each.late_m_s > th.OSCILLATION_M_S and not each.remains for each in found):
         return f"{text} decays"
     return f"{text} is no more than counts of an encoder or sampling make of a slower one"
 
@@ -227,7 +224,7 @@ def _outside(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, flo
     when nothing is.
     """
     known = scenario.users if scenario else ()
-    workspace = max((u.device.workspace_m for u in known), default=DEFAULT_WORKSPACE_M)
+    workspace = max((u.device.workspace_m for u in known), default=th.DEFAULT_WORKSPACE_M)
     positions = [(f"{user.name}'s device", user.x_m, user.time_s) for user in traces.users]
     if (server := traces.server) is not None:
         positions.append(("the object", server.x_o, server.time_s))
@@ -237,7 +234,7 @@ def _outside(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, flo
     for name, x, time_s in positions:
         if not np.isfinite(x).all():
             return f"{name}: a position is not a number", 0.0
-        far = np.flatnonzero(np.abs(x).max(axis=-1, initial=0.0) > 1.5 * workspace)
+        far = np.flatnonzero(np.abs(x).max(axis=-1, initial=0.0) > th.WORKSPACES * workspace)
         if len(far):
             space = f"the workspace (+-{workspace * 1e3:.0f} mm)"
             return f"{name} left {space} at {time_s[far[0]]:.2f} s", float(time_s[far[0]])

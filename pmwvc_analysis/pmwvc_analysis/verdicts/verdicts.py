@@ -89,7 +89,7 @@ def summary(
     found_out = outcomes(scenario, result, stages(traces, scenario)) if scenario else []
     result["outcomes"] = [each._asdict() for each in found_out]
     result["verdict"] = check.verdict_lines(result)
-    reasons = check.reasons(result)
+    reasons = [line["text"] for line in result["verdict"] if line["fails"]]
     result["check"] = {"passed": not reasons, "reasons": reasons}
     return result
 

@@ -120,7 +120,7 @@ def finish(
         )  # fmt: skip
     target, passed = out or folder, True
     lines = verdict_lines(summary)
-    lines += [f"  {outcome['text']}" for outcome in summary["outcomes"]]
+    lines += [f"  {each['text']}" for each in summary["outcomes"] if each["hit"] is not False]
     lines.append(f"report: {target / REPORT}" if figures else f"numbers: {target / SUMMARY}")
     if check:
         passed = summary["check"]["passed"]
@@ -132,38 +132,23 @@ def finish(
 
 
 def verdict_lines(summary: dict[str, Any]) -> list[str]:
-    """Return the result in sentences, one line for the session and one per user."""
+    """Return the lines of the verdict, then what every user felt at the end."""
     from pmwvc_analysis.events import limits
-    from pmwvc_analysis.verdicts import check
 
-    state = check.state_text(summary["stable"], summary["instability"])
-    if summary["stable"] is None:
-        state += f": {summary['stability']['text']}"
-    until = summary["judged_until_s"]
-    cut = until < summary["duration_s"]
-    state += f" until {until:.2f} s" if cut else ""
-    found = [f"{summary['scenario'] or 'session'}: {state}"]
-    found += [f"  Interrupted: {text}" for text in summary["interrupted"]]
-    found += [f"  Another publisher: {text}" for text in summary["strangers"]]
-    texts = summary["passivity"]["text"]
+    (first, *others), until = summary["verdict"], summary["judged_until_s"]
+    text = first["text"]
+    found = [f"{summary['scenario'] or 'session'}: {text[0].lower()}{text[1:]}"]
+    found += [f"  {line['text']}" for line in others]
     for user in summary["users"]:
-        parts = [texts[user["name"]]]
-        if user["force_final_n"] is not None:
-            when = f"at {until:.2f} s" if cut else "at the end"
+        parts = []
+        if (force := user["force_final_n"]) is not None:
+            when = f"at {until:.2f} s" if until < summary["duration_s"] else "at the end"
             when = f"when {user['ended']}" if user["ended"] else when
-            force = user["force_final_n"]
             axes = force if isinstance(force, list) else [force]
             parts.append(f"force {' '.join(f'{number:.2f}' for number in axes)} N {when}")
         if user["environment_limited"]:
             parts.append(limits.words(user["environment_limited"]))
         if user["ticks_missing"]:
             parts.append(f"{count(user['ticks_missing'], 'tick')} not recorded")
-        found.append(f"  {user['name']}: {'; '.join(parts)}")
-    found += [f"  {who}: {text}" for who, text in check.disturbances(summary).items()]
-    noted = [*check.interventions(summary), *check.kept_apart(summary)]
-    found += [f"  {line['text']}" for line in noted]
-    if summary["recording"]["holes"]:
-        found.append(f"  {check.hole_text(summary)}; nothing is judged there")
-    if "server" in texts:
-        found.append(f"  server: {texts['server']}")
-    return found + [f"  {sentence}" for sentence in (summary["active"] or [])[:1]]
+        found += [f"  {user['name']}: {'; '.join(parts)}."] if parts else []
+    return found + [f"  {sentence}." for sentence in (summary["active"] or [])[:1]]

@@ -24,7 +24,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pmwvc_analysis.budget.criterion import TOLERANCE_J, TOLERANCE_RELATIVE
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
 from pmwvc_core.controllers.accounts import NODE, OF_STRICT, RELEASED
 
 LONGEST = 512  # blocks or steps that wait for the other node
