@@ -127,7 +127,10 @@ def drawn(seed, data):
         d.maybe(
             1.0, controller=d.one_of(*["pmwvc"] * 4, "direct", "virtual_coupling", "tdpa", "pspm")
         )
-        if d.settings["controller"] == "pmwvc":
+        waves = d.settings["controller"] == "pmwvc"
+        if name == "active_wall" and not waves:
+            continue
+        if waves:
             d.maybe(1.0, channel=d.one_of("strict", "strict", "plain", "zeroing"))
         users = d.one_of(None, None, None, 1, 3) if name in ("carry_16ms", "stiff_24ms") else None
         d.maybe(0.2 * (name != "cube_3d"), dof=d.one_of(2, 3))
@@ -136,7 +139,6 @@ def drawn(seed, data):
         if name != "playback" and d.happens(0.7):
             hand(d, data)
         d.maybe(0.7, task__grip_s=0.3, task__grip_rise_s=0.5, task__move_s=1.5)
-        waves = d.settings["controller"] == "pmwvc"
         if waves and name in ("wall", "wall_slow") and d.happens(0.3):
             place = d.one_of("wall", "wall_with_slope", "hunt_crossley", "active_wall")
             d.maybe(1.0, server__coupling="unknown", server__environment=place)
@@ -179,15 +181,11 @@ def page_of(scenario):
 
 
 def differences(found, terminal, report, said):
-    """Return where the outputs do not say the same of stability and passivity."""
-    words = {None: "stability not judged", True: "stable", False: "not stable: "}
-    said_first = words[found["stable"]] + (found["instability"] or "")
-    wrong = [] if f": {said_first}" in terminal[0] else [f"terminal: {terminal[0]}"]
+    """Return where the outputs do not say the same."""
     lines = [" ".join(line["text"].split()) for line in found["verdict"]]
-    wrong += [f"not in the report: {line}" for line in lines if line not in report]
-    for owner, text in found["passivity"]["text"].items():
-        if not any(owner in line and text in line for line in terminal):
-            wrong.append(f"not on the terminal: {owner}: {text}")
+    wrong = [f"not in the report: {line}" for line in lines if line not in report]
+    shown = " ".join(" ".join(terminal).split()).lower()
+    wrong += [f"not on the terminal: {line}" for line in lines if line.lower() not in shown]
     if not said:
         return wrong
     passive, (level, last) = found["passivity"]["passive"], said[-1]

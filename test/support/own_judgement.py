@@ -101,10 +101,12 @@ def own_judgement(scenario, traces, kick_at=0.4) -> Own:
     moving = sum(
         0.5 * known[u.name].device.mass * np.max(np.sum(u.xd_m**2, axis=-1)) for u in users
     )
-    held = float(np.max(server.kinetic + server.potential))
     ports_j = sum(np.subtract(u, v) for u, v in _energies(server).values())
     declared = sum(_declared_j(scenario, user) for user in scenario.users)
     most_j = declared + max(float(ports_j.max()), 0.0)
+    held_j = most_j  # a black box may not say how much it holds
+    if not scenario.coupling.black_box:
+        held_j = min(most_j, float(np.max(server.kinetic + server.potential)))
     dies_out, grows = _twin(scenario, traces, kick_at)
     return Own(
         finite,
@@ -114,7 +116,7 @@ def own_judgement(scenario, traces, kick_at=0.4) -> Own:
         grows,
         float(rise.max()),
         turned,
-        min(held, most_j) + float(moving) + declared,
+        held_j + float(moving) + declared,
         {user.name: _hand_j(user, server, work) for user, work in zip(users, works, strict=True)},
         float(ports_j.min()),
         float(np.max(server.kinetic)) > 2.0 * most_j + LEAST_J,
@@ -146,7 +148,7 @@ def _declared_j(scenario, user):
 
 
 def _hand_j(user, server, work):
-    """Return the least of what the device took and the server did not get, at the server's steps."""
+    """Return the least of what the device took and the server did not get."""
     u_s, v_s = _energies(server)[user.name]
     done = np.concatenate([[0.0], -work])
     at = np.clip(np.searchsorted(user.time_s, server.time_s - 1e-9), 0, len(work))
