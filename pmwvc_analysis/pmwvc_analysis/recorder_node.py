@@ -29,9 +29,9 @@ from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
 from pmwvc_core.runtime.messages import KEPT
+from pmwvc_core.runtime.pacing import request_priority, request_reception
 from pmwvc_core.runtime.parameters import declare_names, declare_value
 from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
-from pmwvc_core.runtime.real_time import request_priority, request_reception
 from pmwvc_core.runtime.topics import Polled, message_class
 
 POLL_S = 0.01  # far below what the subscriptions' queues hold

@@ -138,7 +138,7 @@ def _clock() -> Outcome:
 
 
 def _real_time() -> Outcome:
-    from pmwvc_core.runtime.real_time import hold_memory, request_real_time
+    from pmwvc_core.runtime.pacing import hold_memory, request_real_time
 
     report = _in_thread(lambda: hold_memory() + request_real_time(20))
     text = str(report).removeprefix("real time: ")

@@ -12,8 +12,7 @@ from functools import partial
 
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.numeric import Value
-from pmwvc_core.runtime.pacing import Health, Pacer, Tick
-from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
+from pmwvc_core.runtime.pacing import Paced, Pacer, Tick
 from pmwvc_core.transport.packet import PacketLink
 from pmwvc_master.blocks import DeviceWork, FrameBlock, TraceBlocks
 from pmwvc_master.devices import DeviceSample, HapticDevice
@@ -22,7 +21,7 @@ PRIORITY = 20
 TRACE_TICK, MOTION_TICK = 1, 2  # of a frame, that publish; the last one of a shorter frame
 
 
-class MasterLoop:
+class MasterLoop(Paced):
     """One user's force loop in time: its period ``tick_s`` [s], the monotonic clock [ns]."""
 
     def __init__(
@@ -34,16 +33,15 @@ class MasterLoop:
         self.protocol, self.device, self.tick_s = protocol, device, tick_s
         self._link, self._publish_motion, self._clock = link, publish_motion, clock
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
-        self.health, self.missed, self._begun = Health(), 0, False
-        self.memory = RealTimeReport()  # granted before the start
-        self.report: RealTimeReport | None = None
+        super().__init__()
+        self._begun = False
         publish = partial(publish_trace, self)
         self._trace = TraceBlocks(protocol.p.rate_drop, dof, self.work, publish)
 
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
         try:
-            self.report = self.memory + request_real_time(PRIORITY)
+            self.request(PRIORITY)
             for tick in Pacer(round(self.tick_s * 1e9)).ticks(stop):
                 self.tick(tick)
         finally:

@@ -28,8 +28,8 @@ from pmwvc_core.frame.rows import LATE_NS
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
-from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.admission import Admission
@@ -97,21 +97,14 @@ class Master:
     def _publish_trace(self, loop: MasterLoop, block: FrameBlock) -> None:
         """Publish the ticks of a frame."""
         self._seq += 1
-        self._trace.publish(
-            messages.master_trace(
-                self._types,
-                block.series(),
-                stamp_ns=_ros_time(block.start_ns),
-                epoch=self._epoch,
-                seq=self._seq,
-                period=loop.tick_s,
-                dof=self.settings.dof,
-                missed=loop.missed,
-                safety_events=loop.protocol.s.limits.events,
-                hand_force_known=self.device.info.hand_force_known,
-                **{name: getattr(block, name) for name in OF_BLOCK},
-            )
-        )
+        message = messages.master_trace(
+            self._types, block.series(), stamp_ns=_ros_time(block.start_ns), epoch=self._epoch,
+            seq=self._seq, period=loop.tick_s, dof=self.settings.dof, missed=loop.missed,
+            safety_events=loop.protocol.s.limits.events,
+            hand_force_known=self.device.info.hand_force_known,
+            **{name: getattr(block, name) for name in OF_BLOCK},
+        )  # fmt: skip
+        self._trace.publish(message)
 
     def _publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
         """Publish velocity and force of the device, where anybody subscribes."""

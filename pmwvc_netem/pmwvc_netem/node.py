@@ -26,9 +26,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.pacing import sleep_until
+from pmwvc_core.runtime.pacing import RealTimeReport, hold_memory, request_real_time, sleep_until
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
-from pmwvc_core.runtime.real_time import RealTimeReport, hold_memory, request_real_time
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_core.runtime.watch import PATIENCE_S, nothing_on, publishers_of
 from pmwvc_netem.relayed_link import RelayedLink, delays_of
@@ -70,7 +69,7 @@ class Netem:
         self._publishers = publishers_of(node)
         self._faults: dict[str, int] = {}  # of plug-ins, reported already
         self._running_s: float | None = None  # since when
-        self._real_time: RealTimeReport | None = None
+        self._real_time = RealTimeReport()
         publish_health(node, self._health)
         self._memory = hold_memory()
 
@@ -155,19 +154,13 @@ class Netem:
         for relayed in self._links:
             passed, relayed.passed = relayed.passed, []
             self._worst_error_ns = max([self._worst_error_ns, *(late for _, late in passed)])
-            self._states.publish(
-                messages.link_state(
-                    self._types,
-                    stamp_ns=time.time_ns(),
-                    link=relayed.name,
-                    seq=self._states_seq,
-                    counts=dataclasses.asdict(relayed.link.counters),
-                    delays=delays_of(passed),
-                    rate_hz=len(passed) / elapsed_s if elapsed_s > 0.0 else 0.0,
-                    params=relayed.link.params,
-                    seed=self._seed,
-                )
-            )
+            message = messages.link_state(
+                self._types, stamp_ns=time.time_ns(), link=relayed.name, seq=self._states_seq,
+                counts=dataclasses.asdict(relayed.link.counters), delays=delays_of(passed),
+                rate_hz=len(passed) / elapsed_s if elapsed_s > 0.0 else 0.0,
+                params=relayed.link.params, seed=self._seed,
+            )  # fmt: skip
+            self._states.publish(message)
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
@@ -185,7 +178,7 @@ class Netem:
                 self._faults[relayed.name] = faults.count
                 failed.append(f"{relayed.name}: {faults}")
                 self._node.get_logger().warning(failed[-1])
-        values["real time"] = str(self._real_time or "not requested yet")
+        values["real time"] = str(self._real_time)
         wrong = [*self._never_met(), *failed]
         if late_ns > LATE_NS:
             wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")

@@ -19,8 +19,7 @@ from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.params import ServerParams
-from pmwvc_core.runtime.pacing import Health, Pacer, Tick
-from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
+from pmwvc_core.runtime.pacing import Paced, Pacer, Tick
 from pmwvc_core.transport.packet import PacketLink, WavePacket
 
 PRIORITY = 20
@@ -37,7 +36,7 @@ class MadeStep(NamedTuple):
     compute_s: float
 
 
-class ServerLoop:
+class ServerLoop(Paced):
     """The environment for all users, in time; ``links``: the packets of each.
 
     ``clock`` is the monotonic clock [ns]. ``changes`` are users whose presence changed, with the
@@ -50,16 +49,14 @@ class ServerLoop:
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:  # fmt: skip
         self.protocol, self._links, self._clock = protocol, links, clock
-        self._publish_trace = publish_trace
-        self.health, self.missed, self._due_ns = Health(), 0, 0  # due: the present step
-        self.memory = RealTimeReport()  # granted before the start
-        self.report: RealTimeReport | None = None
+        super().__init__()
+        self._publish_trace, self._due_ns = publish_trace, 0  # due: the present step
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)
         self._before = tuple(protocol.presence)
 
     def run(self, stop: threading.Event) -> None:
         """Step in this thread until ``stop`` is set."""
-        self.report = self.memory + request_real_time(PRIORITY)
+        self.request(PRIORITY)
         pacer = Pacer(self._period_ns, phase_ns=PHASE_NS)
         for tick in pacer.ticks(stop):
             self.tick(tick)

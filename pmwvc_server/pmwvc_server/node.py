@@ -20,8 +20,8 @@ from pmwvc_core.ends.server_view import kept_words, why_kept
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
+from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
-from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.packet import FLAG_DIRECT

@@ -35,17 +35,13 @@ class RosWires:
         self._types = types = messages.live_types()
         self.links = [
             WaveTopics(
-                node,
-                types,
-                incoming=f"~/{user}/wave_up",
-                outgoing=f"~/{user}/wave_down",
+                node, types, incoming=f"~/{user}/wave_up", outgoing=f"~/{user}/wave_down",
                 admission=Admission(token.of(user) if token else None, out="down", into="up"),
-                dof=settings.dof,
-                extra=record_of(settings.controller).extra(settings.dof)[0],
+                dof=settings.dof, extra=record_of(settings.controller).extra(settings.dof)[0],
                 period_s=period_s,
             )
             for user in self._users
-        ]
+        ]  # fmt: skip
         trace_qos = offered(RECORDED_QOS, period_s)
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
 
@@ -58,24 +54,15 @@ class RosWires:
             for packet in arrived
             if not packet.refusal
         ]
-        self._trace.publish(
-            messages.server_trace(
-                self._types,
-                stamp_ns=time.time_ns() - time.monotonic_ns() + tick.due_ns,
-                start_ns=tick.due_ns,
-                epoch=self._epoch,
-                step=loop.protocol.steps,
-                period=loop.protocol.p.period_s,
-                dof=self._dof,
-                users=self._users,
-                lateness=tick.lateness_ns * 1e-9,
-                compute=step.compute_s,
-                looked=step.looked_ns - tick.due_ns,
-                taken=taken,
-                changes=loop.protocol.changes,
-                **step.row._asdict(),
-            )
-        )
+        message = messages.server_trace(
+            self._types, stamp_ns=time.time_ns() - time.monotonic_ns() + tick.due_ns,
+            start_ns=tick.due_ns, epoch=self._epoch, step=loop.protocol.steps,
+            period=loop.protocol.p.period_s, dof=self._dof, users=self._users,
+            lateness=tick.lateness_ns * 1e-9, compute=step.compute_s,
+            looked=step.looked_ns - tick.due_ns, taken=taken, changes=loop.protocol.changes,
+            **step.row._asdict(),
+        )  # fmt: skip
+        self._trace.publish(message)
 
 
 FRAME = "world"

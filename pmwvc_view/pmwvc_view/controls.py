@@ -4,8 +4,8 @@
 
 import contextlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any
 
 from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ParameterError, ScenarioError
@@ -13,9 +13,8 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.scenario.changes import PERIOD, RATE_DROP
 from pmwvc_core.scenario.names import resolved, spec_of, split_user
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 
-Owner = TypeVar("Owner", Scenario, User)
 Setting = float | str | bool
 Settings = Mapping[str, Setting]
 PRESET = "link.preset"
@@ -83,21 +82,9 @@ def changed(scenario: Scenario, values: Settings) -> Scenario:
     names = [user.name for user in scenario.users]
     numbered = renamed(scenario, [f"user{i}" for i in range(1, len(names) + 1)])
     try:
-        found = renamed(parse_scenario(numbered.to_dict(), overrides=wanted), names)
+        return renamed(parse_scenario(numbered.to_dict(), overrides=wanted), names)
     except ScenarioError as error:
         raise ParameterError("; ".join(error.problems)) from None
-    users = zip(scenario.users, found.users, strict=True)
-    return replace(_kept(scenario, found), users=tuple(_kept(*each) for each in users))
-
-
-def _kept(old: Owner, new: Owner) -> Owner:
-    """Return new parameters in which every group that did not change is the object it was."""
-    same = {
-        each.name: getattr(old, each.name)
-        for each in fields(old)
-        if getattr(old, each.name) == getattr(new, each.name)
-    }
-    return replace(new, **same)
 
 
 def renamed(scenario: Scenario, names: Sequence[str]) -> Scenario:

@@ -20,8 +20,8 @@ from pmwvc_view import controls, description, protocol
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import NS
-from pmwvc_view.feed.verdict import Notices, verdict
+from pmwvc_view.feed.tape import NS
+from pmwvc_view.feed.verdict import Judge, Notices, server_words, verdict
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 TEXT_EVERY = 8  # snapshots between two verdicts
@@ -46,17 +46,29 @@ class Session(ABC):
     can: frozenset[str] = frozenset()
     layout: Layout
     _scenario: Scenario
+    _duration_s: float | None = None  # None: it goes on until it is ended
 
-    def __init__(self, predictor: Predictor) -> None:
-        self._predictor = predictor
+    def __init__(self, predictor: Predictor, *, mode: str = "") -> None:
+        self._predictor, self._mode = predictor, mode  # live, simulated or recorded
         self.generation = 0  # counts its beginnings: another one, and all is described anew
         self.ended: str | None = None  # why it is over; None while it goes on
         self.back = False  # whether the same address will serve again once it is over
         self.report = ""  # where its report will be, "" where there will be none
 
-    @abstractmethod
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
+        return description.describe(
+            self._scenario, mode=self._mode, duration_s=self._duration_s, remote=self._remote(),
+            values=controls.values_of(self.scenario(), self._preset_name()),
+        )  # fmt: skip
+
+    def _remote(self) -> Sequence[str]:
+        """Return the users whose handle a page can take."""
+        return ()
+
+    def _preset_name(self) -> str | None:
+        """Return the network by name."""
+        return None
 
     def message(self, *, holders: Mapping[str, str | None], snapshot_s: float) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
@@ -103,60 +115,43 @@ class Session(ABC):
         self._predictor.close()
 
 
-class SessionState(NamedTuple):
-    """Whether time stands still, the network by name, and notices as long as they hold."""
-
-    paused: bool
-    preset: str | None
-    notices: list[str]
-
-
 class RunningSession(Session):
-    """A session that goes on: its feed, the verdict on it, and notices. ``_duration_s`` is None
-    where the end is not known [s].
-    """
+    """A session that goes on: its feed, the verdict on it, and notices."""
 
     can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
 
     def __init__(self, *, live: bool, snapshot_s: float) -> None:
-        super().__init__(Predictor(live=live))
+        super().__init__(Predictor(live=live), mode="live" if live else "simulated")
         self._live, self._snapshot_s = live, snapshot_s
-        self._duration_s: float | None = None
         self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
         self._changing = asyncio.Lock()
 
     def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
         """Begin to show a session in which the devices of these users count their true motion."""
         self._scenario, self._exact = scenario, exact
-        self._names = [user.name for user in scenario.users]
-        self.layout = Layout(self._names, scenario.dof)
-        period_ns = round(self._snapshot_s * NS)
-        self._feed = Feed(self.layout, self._names, period_ns=period_ns, scenario=scenario)
+        self.layout = Layout([user.name for user in scenario.users], scenario.dof)
+        self._feed = Feed(self.layout, scenario, period_ns=round(self._snapshot_s * NS))
         self._lags = description.lags(scenario, live=self._live)
-        self._notices = Notices()
+        self._judge, self._notices = Judge(self._feed.tape), Notices()
         self._text: dict[str, Any] = {}
         self._polls = 0
 
     def _snapshots(
-        self, now_ns: int, places: Mapping[str, Any], round_trips: Mapping[str, float | None]
+        self, now_ns: int, places: Mapping[str, Any], others: Mapping[str, Any] | None = None
     ) -> Sequence[Snapshot]:
         """Return the snapshots up to now [ns]; ``places`` has the target of every hand by user [m]
-        (None: it is open), ``round_trips`` are by column [s].
+        (None: it is open), ``others`` more values by column.
         """
         targets = {f"{user}.target": place for user, place in places.items()}
         held = {f"{user}.held": place is not None for user, place in places.items()}
-        self._feed.others = {**self._lags, **round_trips, **targets, **held}
+        self._feed.others = {**self._lags, **(others or {}), **targets, **held}
         snapshots = self._feed.rows(now_ns)
-        self._notices.watch(snapshots, self.layout, self._names)
+        self._notices.watch(snapshots, self.layout)
         return snapshots
 
     @abstractmethod
-    def _state(self) -> SessionState:
-        """Return how it stands."""
-
-    @abstractmethod
-    def _remote(self) -> list[str]:
-        """Return the users whose handle a page can take."""
+    def _state(self) -> tuple[bool, list[str]]:
+        """Return whether time stands still, and notices as long as they hold."""
 
     @abstractmethod
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
@@ -176,40 +171,32 @@ class RunningSession(Session):
             async with self._changing:
                 wanted = controls.changed(self.scenario(), {path: value})
                 self._notices.changed(self.scenario(), wanted)
-                self._feed.window.changed()
+                self._judge.changed()
                 why = await self._change(control, wanted, value)
         except PmwvcError as error:
             return Handled(False, str(error))
         return Handled(not why, why or f"{path} = {value}")
 
-    def description(self) -> dict[str, Any]:
-        """Return the session message without what the server adds."""
-        values = controls.values_of(self.scenario(), self._state().preset)
-        return description.describe(
-            self._scenario, mode="live" if self._live else "simulated", values=values,
-            duration_s=self._duration_s, remote=self._remote(),
-        )  # fmt: skip
-
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return verdict, values of controls, and whether time passes."""
-        state, scenario = self._state(), self._scenario
+        (paused, notices), scenario = self._state(), self._scenario
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
-            self._feed.window.judge(scenario, live=self._live)
+            self._judge.judge(scenario, live=self._live)
             self._text = verdict(
-                self._feed, self._names,
+                self._feed.users, self._judge,
                 storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
                 exact_hands=self._exact,
-                notices=state.notices + self._notices.texts(),
+                notices=notices + self._notices.texts(),
+                server=server_words(self._feed.server.worst, scenario),
             )  # fmt: skip
-        known, wanted = self._valued, self.scenario()
-        if known is None or known[0] is not wanted or known[1] != state.preset:
-            values = controls.values_of(wanted, state.preset)
-            self._valued = known = (wanted, state.preset, values)
+        known, wanted, preset = self._valued, self.scenario(), self._preset_name()
+        if known is None or known[0] is not wanted or known[1] != preset:
+            self._valued = known = (wanted, preset, controls.values_of(wanted, preset))
         return {
             "text": self._text,
             "values": {"values": known[2]},
-            "play": {"paused": state.paused, "time_s": None, "ratio": 1.0},
+            "play": {"paused": paused, "time_s": None, "ratio": 1.0},
         }
 
 

@@ -12,45 +12,45 @@ from functools import partial
 import numpy as np
 
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.forms import value
+from pmwvc_core.ends.forms import scalar, value, vector
 from pmwvc_core.ends.simulated_device import Target
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.rows import SIGNALS, Frame, ServerRow
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.virtual_time import VirtualTime
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
-from pmwvc_view.feed import traces
-from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
+from pmwvc_view.feed import tape
+from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import TraceBlock, TraceStep
+from pmwvc_view.feed.tape import TraceBlock, TraceStep
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, RunningSession, SessionState, ramped
+from pmwvc_view.session import Handled, RunningSession, ramped
 
 LONGEST = 8  # ticks at once, so that a page is shown often enough
-_COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
+_COLUMNS = [SIGNALS.index(name) for name in tape.KEPT]
 
 
 class Simulation:
     """The ends of a scenario, stepped tick by tick without an end; its traces go to a feed.
-    ``epoch`` is the number of this beginning.
+    ``epoch`` is the number of this beginning; ``targets`` are those of the hands that a page can
+    take, since the last tick [m].
     """
 
     def __init__(self, scenario: Scenario, feed: Feed, *, epoch: int) -> None:
         self._feed, self._epoch, self._dof = feed, epoch, scenario.dof
-        self._names = [user.name for user in scenario.users]
         self._waves = has_waves(scenario.controller)
         self._time = VirtualTime(scenario, on_frame=self._show_frame, on_step=self._show_step)
-        self._users, self.tick_ns = self._time.users, self._time.tick_ns
-        # Of the hands that a page can take: targets since the last tick [m], and the newest.
+        names = [user.name for user in scenario.users]
+        self._users = dict(zip(names, self._time.users, strict=True))
+        self.change, self.tick_ns, self.tick = self._time.change, self._time.tick_ns, 0
         self.targets: dict[str, list[Target]] = {}
         self._newest: dict[str, Target] = {}
-        for name, user in zip(self._names, self._users, strict=True):
+        for name, user in self._users.items():
             if user.settings.operator.from_outside:
                 self.targets[name] = []
                 user.device.listen(partial(self._taken, name))
-        self.tick = 0
 
     def give(self, user: str, target: Target) -> None:
         """Give a hand its newest target [m]; None opens it."""
@@ -66,75 +66,48 @@ class Simulation:
         while self.tick < until_tick:
             self.tick = min(self.tick + LONGEST, until_tick)
             self._time.run(self.tick * self.tick_ns)
-            for index, user in enumerate(self._users):
-                for number, link in enumerate((user.up, user.down), start=2 * index):
-                    # The newest fates; an arrival may lie ahead. No record of packets is kept.
-                    rows = [(f.number, f.time_in_ns, f.time_due_ns, f.kind) for f in link.fates]
-                    if rows:
-                        self._feed.on_packets(number, np.array(rows, dtype=np.float64))
-                    link.fates, link.sent, link.arrived = [], [], []
-
-    def change(self, new: Scenario) -> None:
-        """Change parameters of the running session: another scenario of the same structure."""
-        self._time.change(new)
-
-    def round_trips(self) -> dict[str, float | None]:
-        """Return the measured round trip of every user, by column [s]."""
-        return {
-            f"{name}.round_trip": user.loop.inbox.round_trip_s
-            for name, user in zip(self._names, self._users, strict=True)
-        }
+            links = (link for user in self._time.users for link in (user.up, user.down))
+            for number, link in enumerate(links):
+                # The newest fates; an arrival may lie ahead. No record of packets is kept.
+                rows = [(f.number, f.time_in_ns, f.time_due_ns, f.kind) for f in link.fates]
+                if rows:
+                    self._feed.on_packets(number, np.array(rows, dtype=np.float64))
+                link.fates, link.sent, link.arrived = [], [], []
 
     def places(self) -> dict[str, Value | None]:
         """Return the target of every remote hand by user [m]; None: it is open."""
         found: dict[str, Value | None] = {}
-        for name, user in zip(self._names, self._users, strict=True):
+        for name, user in self._users.items():
             if hand := user.device.remote:
                 followed = self._newest.get(name) if name in self.targets else value(hand.target)
                 found[name] = followed if hand.holding else None
         return found
 
     def _show_step(self, _: int, now_ns: int, row: ServerRow) -> None:
-        vector = self._vector
+        of = partial(vector, dof=self._dof)
         step = TraceStep(
-            start_ns=now_ns,
-            object=np.array([vector(getattr(row, name)) for name in traces.OBJECT]),
-            avatars=np.array([[*map(vector, getattr(row, name))] for name in traces.AVATAR]),
-            state=[int(state) for state in row.state],
-            contact=[bool(touches) for touches in row.contact],
-            lateness_s=0.0,
-            sums={
-                name: ServerSums(now_ns, self._epoch, _one(u_j), _one(v_j))
-                for name, u_j, v_j in zip(self._names, row.energy_u_s, row.energy_v_s, strict=True)
-            },
-        )
+            start_ns=now_ns, epoch=self._epoch,
+            object=np.array([of(getattr(row, name)) for name in tape.OBJECT]),
+            avatars=np.array([[*map(of, getattr(row, name))] for name in tape.AVATAR]),
+            state=row.state, contact=[bool(touches) for touches in row.contact], lateness_s=0.0,
+            sums=np.array([[*map(scalar, row.energy_u_s)], [*map(scalar, row.energy_v_s)]]),
+        )  # fmt: skip
         self._feed.on_server(step)
 
     def _show_frame(self, index: int, frame: Frame) -> None:
-        user, times, values = self._users[index], frame.times_ns, frame.values
-        every = values if self._dof == 1 else [self._vector(value) for value in values]
+        (name, user), times = list(self._users.items())[index], frame.times_ns
+        every = [vector(each, self._dof) for each in frame.values]
         signals = np.array(every).reshape(len(times), len(SIGNALS), self._dof)
-        report = user.loop.report()
-        up, down = NO_WAVES
+        report, (up, down) = user.loop.report(), NO_WAVES
         if self._waves:
-            kept = {name: _one(value) for name, value in report.accounts.items()}
-            up, down = ways(_one(report.u_m), _one(report.u_tx), _one(report.v_m), kept)
-        sums = MasterSums(times[-1], self._epoch, up, down, user.device.s.against_j)
+            kept = {entry: scalar(joules) for entry, joules in report.accounts.items()}
+            up, down = ways(scalar(report.u_m), scalar(report.u_tx), scalar(report.v_m), kept)
         block = TraceBlock(
             start_ns=times[0], period_ns=self.tick_ns, signals=signals[:, _COLUMNS].swapaxes(0, 1),
             lateness_s=[0.0] * len(times), state=int(report.state), reason=str(report.reason),
-            missed=0, sums=sums,
+            missed=0, epoch=self._epoch, sums=(up, down, user.device.s.against_j),
         )  # fmt: skip
-        self._feed.on_master(self._names[index], block)
-
-    def _vector(self, value: Value) -> Array:
-        every = np.reshape(np.asarray(value, dtype=np.float64), -1)  # one number: of all axes
-        return np.broadcast_to(every, self._dof)
-
-
-def _one(value: Value) -> float:
-    """Return the number of the only run."""
-    return float(np.ravel(value)[0])
+        self._feed.on_master(name, block)
 
 
 LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
@@ -159,11 +132,14 @@ class SimulatedSession(RunningSession):
         self._at_s = self._clock()
         self._left_s = self._lost_s = 0.0  # of real time, not simulated yet; never simulated
 
-    def _state(self) -> SessionState:
+    def _state(self) -> tuple[bool, list[str]]:
         lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
-        return SessionState(self._paused, self._preset, [lost] if self._lost_s >= 0.5 else [])
+        return self._paused, [lost] if self._lost_s >= 0.5 else []
 
-    def _remote(self) -> list[str]:
+    def _preset_name(self) -> str | None:
+        return self._preset
+
+    def _remote(self) -> Sequence[str]:
         return list(self._simulation.targets)
 
     def poll(self) -> Sequence[Snapshot]:
@@ -183,8 +159,7 @@ class SimulatedSession(RunningSession):
         before = simulation.tick
         simulation.run(before + int(self._left_s / tick_s))
         self._left_s -= (simulation.tick - before) * tick_s
-        now_ns = simulation.tick * simulation.tick_ns
-        return self._snapshots(now_ns, simulation.places(), simulation.round_trips())
+        return self._snapshots(simulation.tick * simulation.tick_ns, simulation.places())
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
@@ -210,8 +185,7 @@ class SimulatedSession(RunningSession):
     def restart(self, values: Settings) -> Handled:
         """Begin again with these settings."""
         try:
-            scenario = controls.changed(self._wanted, values)
-            self._begin(scenario)
+            self._begin(controls.changed(self._wanted, values))
         except PmwvcError as error:
             return Handled(False, str(error))
         if controls.PRESET in values:

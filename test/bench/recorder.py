@@ -28,8 +28,7 @@ from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import session_topics
 from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
-from pmwvc_core.runtime.pacing import Pacer
-from pmwvc_core.runtime.real_time import hold_memory, request_real_time
+from pmwvc_core.runtime.pacing import Pacer, hold_memory, request_real_time
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 
 FRAME_NS = 8_000_000

@@ -29,8 +29,7 @@ from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.replay.run import replay
 from pmwvc_analysis.session_files import finish
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.runtime.pacing import Pacer
-from pmwvc_core.runtime.real_time import hold_memory, request_real_time
+from pmwvc_core.runtime.pacing import Pacer, hold_memory, request_real_time
 from pmwvc_core.simulation.session import simulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

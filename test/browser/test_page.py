@@ -8,7 +8,8 @@ from support.page_server import SNAPSHOT_S, TOKEN, served, serving
 from support.plain import load
 from support.simulated import judged, simulated
 
-from pmwvc_view.recorded.session import RecordedSession, replay_page
+from pmwvc_view.recorded import RecordedSession
+from pmwvc_view.replay_page import replay_page
 
 CONNECT = """(address) => new Promise((resolve) => {
   const socket = new WebSocket(address);

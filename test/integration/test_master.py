@@ -82,20 +82,26 @@ def test_a_parameter_changes_while_it_runs_or_is_refused_with_the_reason(alone):
 
 
 def test_force_comes_with_the_server_and_turns_to_damping_without_it():
-    with ros() as peer, master(peer) as (_, blocks, waves):
-        server = Server(peer)
-        while not any(block.state == MasterTrace.COUPLED for block in blocks):
-            waves.clear()
-            peer.until(lambda: waves)
-            server.answer()
-        peer.until(lambda: blocks[-1].state == MasterTrace.DAMPING)
-        force = signal(blocks, "f_applied")
-        assert np.abs(force).max() > 0.0
-        assert np.abs(np.diff(force)).max() <= STEP_N
-        peer.until(lambda: not signal(blocks[-5:], "f_applied").any())  # let go in the end
-        damping = [block for block in blocks if block.state == MasterTrace.DAMPING]
-        work = signal(damping, "f_applied") * signal(damping, "xd")
-        assert work[TICKS * 4 :].min() >= 0.0  # takes energy only
+    """Watchers see the velocity of the device, and the force on the hand."""
+    with ros() as peer:
+        twists = peer.collect(TwistStamped, "/user1/measured_cv")
+        wrenches = peer.collect(WrenchStamped, "/user1/measured_cf")
+        with master(peer) as (_, blocks, waves):
+            server = Server(peer)
+            while not any(wrench.wrench.force.x < -0.01 for wrench in wrenches):
+                waves.clear()
+                peer.until(lambda: waves)
+                server.answer()
+            assert twists[-1].header.frame_id == "user1/device"
+            on_the_hand = wrenches[-1].wrench.force.x
+            peer.until(lambda: -on_the_hand in signal(blocks, "f_applied"))
+            assert any(block.state == MasterTrace.COUPLED for block in blocks)
+            peer.until(lambda: blocks[-1].state == MasterTrace.DAMPING)
+            assert np.abs(np.diff(signal(blocks, "f_applied"))).max() <= STEP_N
+            peer.until(lambda: not signal(blocks[-5:], "f_applied").any())  # let go in the end
+            damping = [block for block in blocks if block.state == MasterTrace.DAMPING]
+            work = signal(damping, "f_applied") * signal(damping, "xd")
+            assert work[TICKS * 4 :].min() >= 0.0  # takes energy only
 
 
 def test_broken_packets_are_counted_and_change_nothing():
@@ -140,21 +146,6 @@ def test_broken_packets_are_counted_and_change_nothing():
 )
 def test_a_wrong_setting_ends_it_with_one_clear_line(parameters, text):
     assert re.search(text, refused(main, parameters, arguments=USER))
-
-
-def test_watchers_see_velocity_and_the_force_on_the_hand():
-    with ros() as peer:
-        twists = peer.collect(TwistStamped, "/user1/measured_cv")
-        wrenches = peer.collect(WrenchStamped, "/user1/measured_cf")
-        with master(peer) as (_, blocks, waves):
-            server = Server(peer)
-            while not any(wrench.wrench.force.x < -0.01 for wrench in wrenches):
-                waves.clear()
-                peer.until(lambda: waves)
-                server.answer()
-            assert twists[-1].header.frame_id == "user1/device"
-            on_the_hand = wrenches[-1].wrench.force.x
-            peer.until(lambda: -on_the_hand in signal(blocks, "f_applied"))
 
 
 def test_a_velocity_filter_changes_while_it_runs_unless_no_design_gives_it():

@@ -94,7 +94,7 @@ class Rig:
 
     def tick(self, grid, *, skipped=0):
         self.now_ns = grid * TICK_NS
-        self.loop.tick(Tick(grid, grid, self.now_ns, self.now_ns, 0, skipped))
+        self.loop.tick(Tick(grid, self.now_ns, self.now_ns, 0, skipped))
 
     def ticks(self, *grids):
         for grid in grids:

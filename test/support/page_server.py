@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import F_APPLIED, TraceBlock
+from pmwvc_view.feed.tape import F_APPLIED, TraceBlock
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.simulated import SimulatedSession

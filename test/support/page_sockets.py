@@ -50,7 +50,7 @@ class HandmadeSession(Session):
         with self._news:
             self.polls += 1
             self._news.notify_all()
-        row = self.layout.row()
+        row = np.full(self.layout.size, np.nan)
         peak = self.peaks.get(self.polls, 0.0)
         self.layout.set(row, {"seq": self.polls, "time_s": 0.016 * self.polls})
         self.layout.set(row, {"user1.f_min": -peak, "user1.f_max": peak, "user1.lateness": 0.0})

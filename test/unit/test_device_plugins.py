@@ -1,19 +1,33 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Devices by name: what is installed, and what is said of one that cannot be used."""
+"""Devices by name: what is installed, what is said of one that cannot be used; declarations hold,
+and settings that do not fit are reported.
+"""
 
+import itertools
+import math
 import re
 import sys
 from pathlib import Path
 
 import pytest
 from support.lab import offer
+from support.packer import Packer
+from support.processes import ros
 
 from pmwvc_core.errors import DeviceError, ParameterError
-from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_core.master.safety import SafetyState
+from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams
 from pmwvc_core.plugins import installed
 from pmwvc_master import devices as plugins
-from pmwvc_master.devices import DeviceInfo, DeviceSetup
+from pmwvc_master.devices import (
+    DeviceInfo,
+    DeviceSample,
+    DeviceSetup,
+    limits_of,
+    warnings_of_device,
+)
+from pmwvc_master.settings import declare_settings
 
 
 def setup(**changes):
@@ -61,50 +75,23 @@ def lab(monkeypatch):
     offer(monkeypatch, plugins.PLUGINS.group, "lab_devices", found, kept=known, absent=absent)
 
 
-def test_the_projects_own_devices_are_installed():
-    assert {"simulated", "ros_topic"} <= set(installed(plugins.PLUGINS.group))
-
-
-def test_a_device_of_another_package_is_made(lab):
-    assert isinstance(plugins.make_device("stick", setup()), Stick)
-
-
-def test_an_unknown_name_is_answered_with_what_is_installed():
-    with pytest.raises(DeviceError, match=r"'touch': not installed; .*ros_topic, simulated"):
-        plugins.make_device("touch", setup())
-
-
 @pytest.mark.parametrize(
-    ("name", "text"),
+    ("name", "changes", "text"),
     [
-        ("absent", r"lab_vendor_library:Device\) cannot be imported: ModuleNotFoundError"),
-        ("broken", r"lab_devices:broken\) cannot be made: OSError: no device on /dev/stick0"),
-        ("stone", r"is not a device: it lacks open, read, write, couple, stop, close, info"),
+        ("touch", {}, r"'touch': not installed; .*ros_topic, simulated"),
+        ("absent", {}, r"lab_vendor_library:Device\) cannot be imported: ModuleNotFoundError"),
+        ("broken", {}, r"lab_devices:broken\) cannot be made: OSError: no device on /dev/stick0"),
+        ("stone", {}, r"is not a device: it lacks open, read, write, couple, stop, close, info"),
+        ("picky", {}, r"^device.mass = 1.0: a stick weighs less$"),
+        ("stick", {"dof": 2}, "has 1 axes where dof = 2"),
+        ("ros_topic", {}, "needs a ROS node"),
+        ("ros_topic", {"dof": 4, "node": object()}, "poses have 3 axes of motion; set dof = 4"),
     ],
 )
-def test_a_plug_in_that_fails_is_named_with_the_reason(lab, name, text):
-    with pytest.raises(DeviceError, match=text):
-        plugins.make_device(name, setup())
-
-
-def test_what_a_device_states_of_its_settings_is_passed_on_as_it_is(lab):
-    with pytest.raises(ParameterError, match=r"^device.mass = 1.0: a stick weighs less$"):
-        plugins.make_device("picky", setup())
-
-
-def test_a_device_of_other_axes_is_refused(lab):
-    with pytest.raises(DeviceError, match="has 1 axes where dof = 2"):
-        plugins.make_device("stick", setup(dof=2))
-
-
-def test_the_ros_device_needs_a_node():
-    with pytest.raises(DeviceError, match="needs a ROS node"):
-        plugins.make_device("ros_topic", setup())
-
-
-def test_poses_have_no_more_than_three_axes_of_motion():
-    with pytest.raises(DeviceError, match="'ros_topic': poses have 3 axes of motion; set dof = 4"):
-        plugins.make_device("ros_topic", setup(dof=4, node=object()))
+def test_a_device_that_cannot_be_used_is_named_with_the_reason(lab, name, changes, text):
+    kind = ParameterError if name == "picky" else DeviceError
+    with pytest.raises(kind, match=text):
+        plugins.make_device(name, setup(**changes))
 
 
 def test_the_device_of_the_documentation_works(lab):
@@ -121,3 +108,112 @@ def test_the_device_of_the_documentation_works(lab):
     assert sample.xd == pytest.approx(5.0)  # 1 N on 0.2 kg for 1 s
     device.stop()
     assert device.read(0).xd == sample.xd
+
+
+def info(**declared):
+    return DeviceInfo(model="stick", dof=1, **declared)
+
+
+@pytest.mark.parametrize(
+    ("declared", "expected"),
+    [
+        ({}, 8.0),
+        ({"max_force": 0.5}, 0.5),
+        ({"max_force": 3.3, "continuous_force": 0.88}, 0.88),
+        ({"max_force": 30.0}, 8.0),
+    ],
+)
+def test_the_force_limit_is_the_smaller_of_the_limits_and_the_devices_own(declared, expected):
+    assert limits_of(info(**declared), SafetyParams()) == SafetyParams(max_force=expected)
+
+
+@pytest.mark.parametrize("name", ["max_force", "continuous_force", "apparent_mass", "workspace_m"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_declaration_that_cannot_be_is_refused(name, value):
+    with pytest.raises(DeviceError, match=f"stick: declares {name} = .*must be > 0"):
+        limits_of(info(**{name: value}), SafetyParams())
+    with pytest.raises(DeviceError, match="pacing = 'often': must be one of host"):
+        limits_of(info(pacing="often"), SafetyParams())
+
+
+class Rig:
+    """The force loop that the node makes for a device, pushed against a wave of 5 N."""
+
+    def __init__(self, declared):
+        with ros(automatically_declare_parameters_from_overrides=True) as peer:
+            settings = declare_settings(peer.node, lambda _: None, lambda _: None)
+        self.loop = settings.make_force_loop(1, declared)
+        self.packer = Packer(2, period=settings.server.period_s)
+        self.tick = 0
+
+    def force(self, x=0.0, xd=0.0, *, ticks=1):
+        forces = []
+        for _ in range(ticks):
+            now_ns, packets = self.tick * 1_000_000, []
+            if self.tick % 8 == 0:
+                packets = [self.packer.pack(-5.0 / math.sqrt(50.0), 0.0, now_ns)]
+            sample = DeviceSample(x=x, xd=xd)
+            forces.append(self.loop.tick(self.tick, now_ns, sample, packets)[0])
+            self.tick += 1
+        return forces
+
+
+def test_a_device_that_declares_half_a_newton_is_never_driven_with_more():
+    forces = Rig(info(max_force=0.5)).force(ticks=1000)
+    assert max(forces) == 0.5
+    control = Rig(info()).force(ticks=1000)
+    assert max(control) == pytest.approx(5.0, rel=0.01)
+
+
+def test_beyond_the_workspace_a_force_only_brakes():
+    rig = Rig(info(workspace_m=0.1))
+    assert rig.force(x=0.1, ticks=1000)[-1] == pytest.approx(5.0, rel=0.01)
+    pushed = rig.force(x=0.103, ticks=50)
+    assert pushed[-1] == 0.0
+    assert max(abs(a - b) for a, b in itertools.pairwise(pushed)) < 2.1
+    assert rig.loop.state == SafetyState.DAMPING
+    assert rig.loop.reason == "beyond the device's workspace: damping only"
+    assert rig.force(x=0.103, xd=0.2, ticks=30)[-1] > 0.0  # against the motion
+    assert rig.force(x=0.103, xd=-0.2, ticks=30)[-1] <= 0.0
+    back = rig.force(x=0.09, ticks=600)
+    assert max(back[:20]) < 0.3 and back[-1] == pytest.approx(5.0, rel=0.01)
+
+
+def warned(declared, master, device, *, waves=True, strict=True):
+    return list(warnings_of_device(declared, master, device, waves=waves, strict=strict))
+
+
+def test_a_light_device_is_warned_of_before_it_hums():
+    light, known = info(apparent_mass=0.02), DeviceParams(mass=0.02)
+    (text,) = warned(light, MasterParams(), known)
+    assert text.startswith("b T_c/m = 1.25 on this device (25 N s/m, 1 ms, 0.02 kg)")
+    assert "overshoots" in text and "master.impedance < 20 N s/m" in text
+    heavy = MasterParams(impedance=50.0)
+    (text,) = warned(light, heavy, known)
+    assert "is unstable" in text
+    assert not warned(light, heavy, known, waves=False, strict=False)
+
+
+def test_a_device_unlike_the_one_predictions_rest_on_is_named():
+    other = info(apparent_mass=0.5, apparent_damping=2.0, workspace_m=0.08)
+    mass, damping, workspace = warned(other, MasterParams(), DeviceParams())
+    assert mass.startswith("device.mass = 0.25 kg, the device declares 0.5 kg")
+    assert damping.startswith("device.damping = 0 N s/m, the device declares 2 N s/m")
+    assert "set device.workspace_m = 0.08" in workspace
+    fitting = DeviceParams(mass=0.5, damping=2.0, workspace_m=0.08)
+    assert not warned(other, MasterParams(), fitting)
+
+
+def test_a_device_behind_counts_is_warned_of_with_its_own_mass_and_count():
+    coarse = info(apparent_mass=0.1, encoder_step_m=1e-4, velocity="estimated")
+    known = DeviceParams(mass=0.1, encoder_step_m=1e-4)
+    (text,) = warned(coarse, MasterParams(), known)
+    assert text.startswith("velocities are differences of counts of 100 um: b = 25 N s/m, b h/m")
+    assert "b h/m = 0.25 (known up to master.impedance = 15 N s/m)" in text
+    (mass, other) = warned(coarse, MasterParams(), DeviceParams(mass=0.1))
+    assert mass == text and "the device declares 0.0001 m" in other
+    small = MasterParams(impedance=15.0)
+    (text,) = warned(coarse, small, known)
+    assert "at most 0.1 b q^2/h = 0.015 mJ" in text
+    assert not warned(coarse, small, known, strict=False)
+    assert not warned(info(apparent_mass=0.1, encoder_step_m=1e-4), small, known)

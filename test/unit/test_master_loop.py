@@ -14,9 +14,8 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.port.master import port_signals
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import MasterParams, SafetyParams
-from pmwvc_core.runtime.real_time import RealTimeReport
+from pmwvc_core.runtime import pacing
 from pmwvc_core.transport.packet import FLAG_LEAVING
-from pmwvc_master import loop as loop_module
 
 
 def test_the_loop_begins_with_a_whole_frame():
@@ -185,7 +184,7 @@ def test_leaving_sets_the_device_to_zero_and_sends_a_last_packet_with_the_last_t
 def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monkeypatch):
     rig = Rig()
     rig.device.error = DeviceError("unplugged")
-    monkeypatch.setattr(loop_module, "request_real_time", lambda _: RealTimeReport())
+    monkeypatch.setattr(pacing, "request_real_time", lambda _: pacing.RealTimeReport())
     with pytest.raises(DeviceError, match="unplugged"):
         rig.loop.run(threading.Event())
     assert rig.device.stops == 1

@@ -9,27 +9,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.plain import load
-from support.simulated import simulated
+from support.simulated import judged, simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_view.feed.feed import PATIENCE_NS, Feed
-from pmwvc_view.feed.traces import F_APPLIED, SIGNALS, TraceBlock, TraceStep
-from pmwvc_view.feed.verdict import verdict
+from pmwvc_view.feed.tape import F_APPLIED, KEPT, TraceBlock, TraceStep
+from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.recorded.rows import packets_of, rows_of
+from pmwvc_view.recorded import RecordedSession
 from pmwvc_view.simulated import Simulation
 
 USERS = ("user1", "user2")
 MS = 1_000_000
 PERIOD_S = 0.016
+LIVE = load("live")
 
 
 def block(start_ms, forces, **changes):
     """Return a block of a master whose position is its time."""
     count = len(forces)
     times = (start_ms + np.arange(float(count))).reshape(-1, 1)
-    signals = np.zeros((len(SIGNALS), count, 1))
-    signals[SIGNALS.index("x_m")] = times
+    signals = np.zeros((len(KEPT), count, 1))
+    signals[KEPT.index("x_m")] = times
     signals[F_APPLIED, :, 0] = forces
     made = TraceBlock(
         start_ns=start_ms * MS,
@@ -39,6 +40,7 @@ def block(start_ms, forces, **changes):
         state=1,
         reason="",
         missed=0,
+        epoch=1,
         sums=None,
     )
     return made._replace(**changes)
@@ -46,12 +48,19 @@ def block(start_ms, forces, **changes):
 
 def step(at_ms, users=2):
     place, each = np.full((3, 1), float(at_ms)), np.full((3, users, 1), float(at_ms))
-    return TraceStep(at_ms * MS, place, each, [2] * users, [True] * users, 0.0, {})
+    sums = np.zeros((2, users))
+    return TraceStep(at_ms * MS, 1, place, each, [2] * users, [True] * users, 0.0, sums)
 
 
-def feed_of(users=USERS):
+def feed_of(users=USERS, scenario=LIVE):
     layout = Layout(users, 1)
-    return layout, Feed(layout, users, period_ns=16 * MS)
+    return layout, Feed(layout, scenario, period_ns=16 * MS)
+
+
+def told(feed, *, exact_hands=USERS):
+    """Return the text message of now."""
+    judge = Judge(feed.tape)
+    return verdict(feed.users, judge, storage_j={}, exact_hands=exact_hands, notices=[])
 
 
 def values(layout, snapshots, name):
@@ -106,12 +115,27 @@ def test_silent_node_holds_rows_up_for_a_moment_only():
     assert values(layout, late, "user1.x_m")[-1] > 0.0
 
 
+def test_ticks_that_came_after_their_row_are_in_the_extremes_of_the_next_one():
+    """A loop that stalled sends its trace late: its lateness must be seen."""
+    layout, feed = feed_of()
+    feed.on_master("user2", block(0, np.ones(8)))
+    for start in range(0, 200, 8):
+        feed.on_master("user1", block(start, np.ones(8)))
+        feed.on_server(step(start))
+    early = feed.rows(200 * MS)
+    assert len(early) > 2 and np.nanmax(values(layout, early, "user2.f_max")) == 1.0
+    feed.on_master("user2", block(8, [1.0, 5.0] * 4, lateness_s=[0.09] * 8))
+    feed.on_master("user2", block(16, np.ones(184)))
+    late = feed.rows(260 * MS)
+    assert values(layout, late, "user2.f_max")[0] == 5.0
+    assert values(layout, late, "user2.lateness")[0] == 0.09
+
+
 def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     layout, feed = feed_of()
     rows = []
-    words = lambda: verdict(feed, USERS, storage_j={}, exact_hands=USERS, notices=[])  # noqa: E731
     feed.on_master("user2", block(0, np.ones(8)))  # no row shows it yet
-    assert "any more" not in words()["verdict"]
+    assert "any more" not in told(feed)["verdict"]
     for start in range(0, 1200, 8):
         for user in USERS[: 1 if start >= 400 else 2]:
             feed.on_master(user, block(start, np.ones(8)))
@@ -120,24 +144,44 @@ def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     places = np.array(values(layout, rows, "user2.x_m"))
     times = np.array(values(layout, rows, "time_s"))
     assert np.isfinite(places[times < 0.9]).all() and np.isnan(places[times > 0.92]).all()
-    found = words()
+    found = told(feed)
     assert found["verdict"] == "Not all users are coupled: user2 sends nothing any more."
     assert found["users"]["user2"]["state"] == "no data"
-    feed.on_master("user2", block(1200, np.ones(8)))
-    feed.on_master("user1", block(1200, np.ones(8)))
-    feed.on_server(step(1200))
+    for user in USERS:
+        feed.on_master(user, block(1200, np.ones(16)))
+    feed.on_server(step(1216))
     feed.rows(1300 * MS)
-    assert feed.user("user2").state == 1
+    assert feed.users["user2"].state == 1
 
 
-def run_live(scenario, ticks, period_ns=16 * MS):
+@pytest.mark.parametrize("again", [None, "master", "server", "user"])
+def test_energy_of_counters_that_began_anew_is_no_longer_judged(again):
+    """A node was started again, or its user came back to the server."""
+    _, feed = feed_of(("user1",))
+    for start in range(0, 400, 8):
+        late = again is not None and start >= 200
+        moved = 1e-3 * (start - 200 * late)
+        own, others = (2 if late and again == node else 1 for node in ("master", "server"))
+        sums = (moved if again == "master" else 1e-3 * start, 0.0, 1e-3 * start)
+        feed.on_master("user1", block(start, np.ones(8), epoch=own, sums=sums))
+        u_s = 0.5 * (moved if again == "user" else 1e-3 * start)
+        made = step(start, users=1)._replace(epoch=others, sums=np.array([[u_s], [0.0]]))
+        feed.on_server(made)
+        feed.rows((start + 8) * MS)
+    balances = feed.users["user1"].balances
+    assert balances.known and balances.judged == (again is None)
+    assert balances.worst["way up"].margin_j >= 0.0
+
+
+def run_live(scenario, ticks, poll=16):
     """Return feed and rows of a scenario that is simulated as for a page."""
-    names = [user.name for user in scenario.users]
-    layout = Layout(names, scenario.dof)
-    feed = Feed(layout, names, period_ns=period_ns)
+    layout = Layout([user.name for user in scenario.users], scenario.dof)
+    feed, rows = Feed(layout, scenario, period_ns=poll * MS), []
     simulation = Simulation(scenario, feed, epoch=1)
-    simulation.run(ticks)
-    return layout, feed, feed.rows(ticks * MS)
+    for tick in range(poll, ticks + 1, poll):
+        simulation.run(tick)
+        rows += feed.rows(tick * MS)
+    return layout, feed, rows
 
 
 @pytest.fixture(scope="module")
@@ -163,7 +207,7 @@ def test_page_of_eight_users_on_three_axes_knows_all_of_them():
     row = rows[-1].row
     for user in scenario.users:
         assert row[layout.slices[f"{user.name}.x_m"]].shape == (3,)
-        assert feed.user(user.name).state == 1
+        assert feed.users[user.name].state == 1
         assert np.isfinite(row[layout.slices[f"{user.name}.energy_up_in"]]).all()
     links = np.concatenate([each.packets for each in rows])[:, 0]
     assert set(links.tolist()) == set(range(16))
@@ -171,61 +215,41 @@ def test_page_of_eight_users_on_three_axes_knows_all_of_them():
 
 def test_recorded_rows_are_those_of_the_live_page(carried):
     scenario, traces, (layout, _, rows) = carried
-    again = rows_of(traces, scenario, layout, period_s=PERIOD_S)
+    whole = RecordedSession(traces, scenario, judged(scenario), snapshot_s=PERIOD_S).whole()
+    again, recorded, _ = whole
     for name in ("user1.x_m", "user2.f_applied", "user1.f_max", "user2.x_s", "object.x_o"):
         at = layout.slices[name]
         for row in (each.row for each in rows[1:]):
             index = round(float(row[1]) / PERIOD_S)
             assert again[index, at] == pytest.approx(row[at], abs=1e-12), (name, row[1])
     live = np.concatenate([each.packets for each in rows])
-    recorded = packets_of(traces, scenario)
     both = {tuple(each) for each in np.round(live, 6)} & {tuple(e) for e in np.round(recorded, 6)}
     assert len(both) > 0.98 * len(recorded)
-
-
-def test_account_of_a_page_is_that_of_the_report(carried):
-    scenario, traces, (_, feed, _) = carried
-    for energy in user_energies(traces, scenario):
-        accounts = feed.user(energy.name).accounts
-        up, down, hand = accounts.up, accounts.down, accounts.hand
-        # The last block that is known ended before the last step; the report is at that step.
-        assert up.in_j == pytest.approx(energy.up.energy_in_j[-1], rel=1e-9)
-        assert up.out_j == pytest.approx(energy.up.energy_out_j[-2], rel=1e-9)
-        assert down.in_j == pytest.approx(energy.down.energy_in_j[-2], rel=1e-9)
-        assert down.out_j == pytest.approx(energy.down.energy_out_j[-1], rel=1e-9)
-        assert hand.in_j == pytest.approx(energy.joint.energy_in_j[-1], rel=1e-6)
-        assert all(part.margin_j >= 0.0 for part in (up, down, hand))
 
 
 LOSSY = ("channel=strict", "link.loss=0.1", "link.jitter=uniform", "link.jitter_s=0.012")
 
 
-@pytest.mark.parametrize("altered", [(), ("master.position.gain=2.0",)])
-def test_page_of_the_strict_channel_has_the_reports_balances_of_a_lossy_session(altered):
-    """At every block, to the last bit; the report knows a block's v_m and work a step later."""
-    scenario = load("carry_16ms", settings_texts=(*LOSSY, *altered), duration_s=2.0)
-    traces, name = simulated(scenario), "user1"
-    feed = Feed(Layout(USERS, 1), USERS, period_ns=8 * MS)
-    simulation, shown = Simulation(scenario, feed, epoch=1), []
-    for tick in range(48, 1984, 8):
-        simulation.run(tick)
-        accounts = feed.user(name).accounts
-        every = (accounts.up, accounts.down, accounts.hand)
-        shown.append((accounts.known_ns // MS, *((each.in_j, each.out_j) for each in every)))
-    steps = (np.array([each[0] for each in shown]) - 7) // 8
-    energy = next(each for each in user_energies(traces, scenario) if each.name == name)
-    reported = (energy.up, energy.down, energy.joint)
-    for way, balance, (late_in, late_out) in zip(
-        (1, 2, 3), reported, ((0, 0), (0, 1), (1, 0)), strict=True
-    ):
-        sums = np.array([each[way] for each in shown])
-        if balance is None:  # position feedback alters the wave at the device
-            assert altered and way == 2 and np.isnan(sums[:, 1]).all()
-            continue
-        np.testing.assert_array_equal(sums[:, 0], balance.energy_in_j[steps + late_in])
-        np.testing.assert_array_equal(sums[:, 1], balance.energy_out_j[steps + late_out])
-    at_port = traces.users[0].energy["u_m"][steps[-1]]
-    assert at_port != pytest.approx(shown[-1][1][0], rel=1e-3)  # not what packets were paid with
+@pytest.mark.parametrize("texts", [(), LOSSY, (*LOSSY, "master.position.gain=2.0")])
+def test_page_has_the_reports_balances_at_every_block(texts):
+    """The report knows a block's v_m and work a step later, and what packets were paid with."""
+    scenario = load("carry_16ms", settings_texts=texts, duration_s=2.0)
+    traces = simulated(scenario)
+    _, feed, _ = run_live(scenario, 1984, poll=8)
+    for energy in user_energies(traces, scenario):
+        balances = feed.users[energy.name].balances
+        shown, reported = balances.table.rows, (energy.up, energy.down, energy.joint)
+        steps = (np.rint(1e3 * shown[:, 0]).astype(int) - 7) // 8
+        assert len(steps) > 240
+        for way, balance in enumerate(reported):
+            came, went, _ = shown[:, 1 + 3 * way : 4 + 3 * way].T
+            if balance is None:  # position feedback alters the wave at the device
+                assert len(texts) > len(LOSSY) and way == 1 and np.isnan(came).all()
+                continue
+            late_in, late_out = ((0 if texts else 1, 0), (0, 1), (1, 0))[way]
+            np.testing.assert_allclose(came, balance.energy_in_j[steps + late_in], rtol=1e-12)
+            np.testing.assert_allclose(went, balance.energy_out_j[steps + late_out], rtol=1e-12)
+        assert all(worst.margin_j >= 0.0 for worst in balances.worst.values())
 
 
 def test_balance_of_counters_read_at_two_instants_would_be_below_zero(carried):
@@ -236,20 +260,19 @@ def test_balance_of_counters_read_at_two_instants_would_be_below_zero(carried):
 
 
 def test_channel_without_waves_that_shakes_is_not_passive_and_said_to_be():
-    scenario = load("direct_16ms")
-    names = [user.name for user in scenario.users]
-    _, feed, _ = run_live(scenario, 8000)
-    found = verdict(feed, names, storage_j={}, exact_hands=names, notices=[])
+    _, feed, _ = run_live(load("direct_16ms"), 8000)
+    found = told(feed)
     assert found["level"] == "bad" and found["verdict"].startswith("Not passive: user1, hand to")
-    assert feed.user("user1").accounts.hand.least_j < -1e-3
+    assert feed.users["user1"].balances.worst["hand to object"].balance_j < -1e-3
 
 
 def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):
     _, _, (_, feed, _) = carried
-    options = {"storage_j": {}, "exact_hands": USERS, "notices": []}
-    assert verdict(feed, USERS, **options)["level"] == "good"
-    _, empty = feed_of()
-    assert verdict(empty, USERS, **options)["level"] == "caution"
+    assert told(feed)["level"] == "good"
+    unknown = told(feed, exact_hands=["user1"])  # the true motion of the other is not known
+    assert unknown["level"] == "unknown"
+    assert "Energy at the hand is not judged here for user2" in unknown["verdict"]
+    assert told(feed_of()[1])["level"] == "caution"
 
 
 @pytest.mark.parametrize(
@@ -261,28 +284,19 @@ def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):
     ],
 )
 def test_avatar_that_joined_elsewhere_is_noted_until_it_is_with_its_device(texts, why):
-    layout = Layout(("user1",), 1)
-    scenario = load("wall", settings_texts=texts)
-    feed, notes = Feed(layout, ("user1",), period_ns=16 * MS, scenario=scenario), []
+    layout, feed = feed_of(("user1",), load("wall", settings_texts=texts))
+    notes = []
     for start, place_m in ((0, 0.012), (16, 0.010), (32, 0.001), (48, 0.02)):
-        feed.on_master("user1", block(start, [0.0] * 16, signals=np.zeros((len(SIGNALS), 16, 1))))
+        feed.on_master("user1", block(start, [0.0] * 16, signals=np.zeros((len(KEPT), 16, 1))))
         feed.on_server(step(start, users=1)._replace(avatars=np.full((3, 1, 1), place_m)))
         feed.others = {"user1.lag": 0.04, "user1.impedance": 25.0}
         rows = feed.rows((start + 16) * MS)
-        options = {"storage_j": {}, "exact_hands": (), "notices": []}
-        notes.append(verdict(feed, ("user1",), **options)["users"]["user1"]["note"])
+        notes.append(told(feed)["users"]["user1"]["note"])
         if rows:
             apart = "since joining" in notes[-1]
             assert np.isnan(values(layout, rows, "user1.lag")[-1]) == apart  # no F tau/(2b) then
-    told = [note for note in notes if "mm from the device since joining" in note]
-    assert told
-    assert all(why in note for note in told)
-    assert "12.0 mm" in told[0] or "10.0 mm" in told[0]
+    noted = [note for note in notes if "mm from the device since joining" in note]
+    assert noted
+    assert all(why in note for note in noted)
+    assert "12.0 mm" in noted[0] or "10.0 mm" in noted[0]
     assert "since joining" not in notes[-1]  # 20 mm of a moving hand later are no such distance
-
-
-def test_hand_whose_true_motion_is_not_known_is_named_as_not_judged(carried):
-    _, _, (_, feed, _) = carried
-    found = verdict(feed, USERS, storage_j={}, exact_hands=["user1"], notices=[])
-    assert found["level"] == "unknown"
-    assert "Energy at the hand is not judged here for user2" in found["verdict"]

@@ -18,8 +18,8 @@ from support.simulated import judged, simulated
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.traces import HandTargets
-from pmwvc_view.recorded import session
-from pmwvc_view.recorded.session import RecordedSession
+from pmwvc_view import replay_page
+from pmwvc_view.recorded import RecordedSession
 
 PERIOD_S = 0.016
 SCENARIO = replace(load("carry_16ms"), duration_s=6.0)
@@ -168,10 +168,10 @@ def test_recording_of_other_users_is_refused():
 
 @pytest.mark.parametrize("rows", [4000, 50])
 def test_page_in_a_file_holds_the_session_and_loads_nothing(monkeypatch, rows):
-    monkeypatch.setattr(session, "ROWS", rows)
-    monkeypatch.setattr(session, "PACKETS", 20 * rows)
+    monkeypatch.setattr(replay_page, "ROWS", rows)
+    monkeypatch.setattr(replay_page, "PACKETS", 20 * rows)
     lossy = replace(SCENARIO, users=tuple(_lossy(user) for user in SCENARIO.users))
-    text = session.replay_page(simulated(lossy), lossy, judged(lossy))
+    text = replay_page.replay_page(simulated(lossy), lossy, judged(lossy))
     assert not re.search(r"(src|href)=.(?!data:)|https?://(?!www.w3.org)", text)
     found = json.loads(re.search(r'id="recording">(.*?)</script>', text)[1])
     layout = found["declared"]["layout"]
@@ -180,9 +180,9 @@ def test_page_in_a_file_holds_the_session_and_loads_nothing(monkeypatch, rows):
     assert len(played) <= rows + 1
     assert played[-1, 1] == pytest.approx(6.0, abs=2.0 * found["declared"]["snapshot_s"])
     packets = np.frombuffer(base64.b64decode(found["packets"]), "<f4").reshape(-1, 5)
-    recorded = Player(simulated(lossy), judged(lossy), lossy).session._packets
-    assert np.isnan(packets[:, 3]).sum() == np.isnan(recorded[:, 3]).sum() > 50  # the lost ones
-    assert (len(packets) == len(recorded)) == (rows == 4000)
+    every = Player(simulated(lossy), judged(lossy), lossy).session._packets
+    assert np.isnan(packets[:, 3]).sum() == np.isnan(every[:, 3]).sum() > 50  # the lost ones
+    assert (len(packets) == len(every)) == (rows == 4000)
 
 
 def _lossy(user):
@@ -191,4 +191,4 @@ def _lossy(user):
 
 def test_session_of_other_users_has_no_page_in_a_file():
     nobody = replace(simulated(SCENARIO), users=[])
-    assert session.replay_page(nobody, SCENARIO, judged(SCENARIO)) is None
+    assert replay_page.replay_page(nobody, SCENARIO, judged(SCENARIO)) is None

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages that the live page reads and writes as bytes: the same as those of the middleware."""
+"""Messages of the nodes as the live page takes them, and targets that it publishes as bytes."""
+
+import math
 
 import numpy as np
 import pytest
@@ -11,144 +13,106 @@ pytest.importorskip("rclpy")
 from geometry_msgs.msg import PointStamped
 from rclpy.serialization import deserialize_message, serialize_message
 
-from pmwvc_core.controllers.accounts import OF_WAVES
+from pmwvc_core.controllers.accounts import OF_STRICT
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
-from pmwvc_view.feed.accounts import ways
-from pmwvc_view.feed.traces import F_H
-from pmwvc_view.live import readers
-from pmwvc_view.live.readers import MasterReader, ServerReader
-from pmwvc_view.live.topics import target_bytes
+from pmwvc_view.feed.tape import KEPT
+from pmwvc_view.live.topics import TraceReader, target_bytes
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
-STRICT = [entry.name for entry in OF_WAVES]
+SHOWN = ("x", "xd", "f_h", "f_applied", "u_m", "v_m", "f_m")
+STRICT = [entry.name for entry in OF_STRICT]
+USERS = ("user1", "user2")
 S = 1_000_000_000
 
 
-def trace(ticks=8, dof=1, seed=1, *, known=True, **changes):
+def reader(dof=1):
+    return TraceReader(dof=dof, users=USERS, waves=True)
+
+
+def trace(ticks=8, dof=1, **changes):
     """Return a trace of a master in which no two values are alike."""
-    random = np.random.default_rng(seed)
-    message = MasterTrace(dof=dof, state=2, period=1e-3, start_ns=5 + seed, epoch=2**63)
-    message.stamp.sec, message.stamp.nanosec, message.seq = 7, 11, 13
-    message.first_tick, message.missed, message.safety_events = 17, 2**40, 19
-    message.hand_force_known = True
+    random = np.random.default_rng(ticks)
+    message = MasterTrace(dof=dof, state=2, reason="é", period=1e-3, start_ns=6, epoch=2**63)
+    message.stamp.sec, message.stamp.nanosec = 7, 11
+    message.missed, message.hand_force_known = 2**40, True
     for name in COLUMNS:
         setattr(message, name, random.normal(size=ticks * dof).tolist())
-    if not known:
-        message.hand_force_known, message.f_h = False, []
-    for name in ENERGIES:
-        setattr(message, f"energy_{name}", float(random.normal()))
+    for number, name in enumerate(("u_m", "u_tx", "v_rx", "v_m", "device", "hand")):
+        setattr(message, f"energy_{name}", float(number))
     message.lateness, message.compute = random.random((2, ticks)).astype(np.float32).tolist()
     message.looked = random.integers(1, 2**32, ticks).tolist()
-    for name in ("tick", "seq", "epoch"):  # of packets taken in: more or fewer in every message
-        setattr(message, f"taken_{name}", random.integers(0, ticks, seed % 3).tolist())
     for name, value in changes.items():
         setattr(message, name, value)
     return message
 
 
-def assert_block(block, message):
-    """Assert that a block is a message that the middleware has read."""
-    ticks, dof = len(message.lateness), message.dof
-    for signal, name in zip(block.signals, COLUMNS[:3] + COLUMNS[4:6] + COLUMNS[7:], strict=True):
-        wanted = getattr(message, name) if len(getattr(message, name)) else [np.nan] * ticks * dof
-        np.testing.assert_array_equal(signal, np.reshape(wanted, (ticks, dof)), err_msg=name)
-    assert block.lateness_s == list(message.lateness)
-    assert (block.start_ns, block.state, block.reason, block.missed) == (
-        *(message.start_ns, message.state, message.reason, message.missed),
-    )
-    late_ns = round(float(message.lateness[-1]) * S)
-    kept = dict(zip(message.account_names, message.accounts, strict=True))
-    np.testing.assert_array_equal(
-        block.sums,
-        (
-            *(message.start_ns + (ticks - 1) * 1_000_000 + late_ns, message.epoch),
-            *ways(message.energy_u_m, message.energy_u_tx, message.energy_v_m, kept),
-            message.energy_device,
-        ),
-    )
-
-
-messages = st.builds(
-    trace,
-    ticks=st.integers(1, 9),
-    dof=st.just(2),
-    seed=st.integers(0, 99),
-    reason=st.sampled_from(["", "peer is silent", "é"]),
-    account_names=st.sampled_from([[], ["tank"], STRICT, [*STRICT, "tank"]]).map(list),
-    known=st.booleans(),
+@pytest.mark.parametrize(
+    ("names", "sums"),
+    [
+        ([], (0.0, 3.0, 4.0)),
+        (["tank"], (math.nan, math.nan, 4.0)),  # something at the device answers the wave
+        (STRICT, (1.0, 3.0 + 0.5 + STRICT.index("playout_released"), 4.0)),  # what was paid
+        ([*STRICT, "tank"], (1.0, math.nan, 4.0)),
+    ],
 )
+@pytest.mark.parametrize(("ticks", "dof", "known"), [(1, 1, True), (9, 3, False)])
+def test_trace_of_a_master_is_read_with_all_that_a_page_shows(names, sums, ticks, dof, known):
+    accounts = [0.5 + i for i in range(len(names))]
+    message = trace(ticks, dof, account_names=names, accounts=accounts, hand_force_known=known)
+    block = reader(dof).block(serialize_message(message))
+    for signal, name, own in zip(block.signals, SHOWN, KEPT, strict=True):
+        wanted = getattr(message, name) if known or name != "f_h" else [math.nan] * ticks * dof
+        np.testing.assert_array_equal(signal, np.reshape(wanted, (ticks, dof)), err_msg=own)
+    assert block.lateness_s == list(message.lateness)
+    assert (block.start_ns, block.period_ns, block.epoch) == (6, 1_000_000, 2**63)
+    assert (block.state, block.reason, block.missed) == (2, "é", 2**40)
+    np.testing.assert_array_equal(block.sums, sums)
 
 
-@given(st.lists(st.tuples(messages, st.integers(1, 3)), min_size=1, max_size=4))
-def test_traces_of_a_master_are_read_as_the_middleware_reads_them(several):
-    reader = MasterReader(dof=2, waves=True)
-    for message, times in several:
-        message.accounts = [0.5 + i for i in range(len(message.account_names))]
-        for _ in range(times):
-            message.start_ns += 8_000_000
-            data = serialize_message(message)
-            block = reader.read(data, None)
-            assert_block(block, deserialize_message(data, MasterTrace))
-    message.hand_force_known = False
-    assert np.isnan(reader.read(serialize_message(message), None).signals[F_H]).all()
+def test_force_of_a_hand_may_be_left_out():
+    block = reader().block(serialize_message(trace(hand_force_known=False, f_h=[])))
+    assert np.isnan(block.signals[KEPT.index("f_h")]).all()
 
 
-def server_trace(users=("user1", "user2"), dof=3, seed=1, **changes):
-    random = np.random.default_rng(seed)
-    message = ServerTrace(dof=dof, users=list(users), period=8e-3, start_ns=seed, epoch=3, step=9)
-    for name, count in (("x_o", 1), ("xd_o", 1), ("target", 1), ("x_s", 2), ("xd_s", 2)):
-        size = dof * (len(users) if count == 2 else 1)
-        setattr(message, name, random.normal(size=size).tolist())
-    for name in ("f_s", "u_s", "v_s"):
+def server_trace(users=USERS, dof=1, **changes):
+    random = np.random.default_rng(1)
+    message = ServerTrace(dof=dof, users=list(users), period=8e-3, start_ns=5, epoch=3, step=9)
+    for name in ("x_o", "xd_o", "target"):
+        setattr(message, name, random.normal(size=dof).tolist())
+    for name in ("x_s", "xd_s", "f_s", "u_s", "v_s"):
         setattr(message, name, random.normal(size=dof * len(users)).tolist())
-    for name in ("energy_u_s", "energy_v_s"):
-        setattr(message, name, random.random(len(users)).tolist())
-    message.state = random.integers(0, 4, len(users)).tolist()
-    message.contact = (random.random(len(users)) < 0.5).tolist()
-    message.lateness = 0.25
+    message.energy_u_s, message.energy_v_s = random.random((2, len(users))).tolist()
+    message.state, message.contact, message.lateness = [2, 3], [False, True], 0.25
     for name, value in changes.items():
         setattr(message, name, value)
     return message
 
 
-@given(st.integers(1, 4), st.integers(1, 6), st.lists(st.integers(0, 99), min_size=1, max_size=4))
-def test_traces_of_the_server_are_read_as_the_middleware_reads_them(count, dof, seeds):
-    users = [f"user{i}" for i in range(1, count + 1)]
-    reader = ServerReader(dof=dof, users=users)
-    for seed in seeds:
-        message = server_trace(users, dof, seed)
-        step = reader.read(serialize_message(message))
-        for found, name in zip(step.object, ("x_o", "xd_o", "target"), strict=True):
-            np.testing.assert_array_equal(found, getattr(message, name))
-        for found, name in zip(step.avatars, ("x_s", "xd_s", "f_s"), strict=True):
-            np.testing.assert_array_equal(found.ravel(), getattr(message, name))
-        assert list(step.state) == list(message.state)
-        assert list(step.contact) == list(message.contact)
-        for i, user in enumerate(users):
-            ran_ns = seed + 250_000_000
-            sums = (ran_ns, 3, message.energy_u_s[i], message.energy_v_s[i])
-            assert step.sums[user] == sums
+@pytest.mark.parametrize("dof", [1, 3])
+def test_trace_of_the_server_is_read_with_all_that_a_page_shows(dof):
+    message = server_trace(dof=dof)
+    step = reader(dof).step(serialize_message(message))
+    for found, name in zip(step.object, ("x_o", "xd_o", "target"), strict=True):
+        np.testing.assert_array_equal(found, getattr(message, name))
+    for found, name in zip(step.avatars, ("x_s", "xd_s", "f_s"), strict=True):
+        np.testing.assert_array_equal(found.ravel(), getattr(message, name))
+    np.testing.assert_array_equal(step.sums, [message.energy_u_s, message.energy_v_s])
+    assert (list(step.state), list(step.contact)) == ([2, 3], [False, True])
+    assert (step.start_ns, step.epoch, step.lateness_s) == (5, 3, 0.25)
 
 
-def test_messages_of_one_structure_cost_no_message_object(monkeypatch):
-    read = []
-    once = lambda data, kind: read.append(kind) or deserialize_message(data, kind)  # noqa: E731
-    monkeypatch.setattr(readers, "deserialize_message", once)
-    master, server = MasterReader(dof=1, waves=True), ServerReader(dof=3, users=["user1", "user2"])
-    for seed in range(20):
-        master.read(serialize_message(trace(seed=seed)), None)
-        server.read(serialize_message(server_trace(seed=seed, state=[2, 2], contact=[True] * 2)))
-    assert read == [MasterTrace, ServerTrace]
-
-
-def test_trace_of_another_machine_is_put_beside_the_servers_and_its_energy_is_not_compared():
-    data = serialize_message(trace())
-    reader = MasterReader(dof=1, waves=True)
-    own = reader.read(data, 7 * S)
-    assert (own.start_ns, own.sums is None) == (6, False)
-    other = reader.read(data, 5 * S)
-    assert (other.start_ns, other.sums) == (2 * S + 11, None)
+@pytest.mark.parametrize(
+    ("server_s", "start_ns", "compared"), [(7, 6, True), (5, 2 * S + 6, False)]
+)
+def test_trace_of_another_machine_is_put_beside_the_servers_and_its_energy_is_not_compared(
+    server_s, start_ns, compared
+):
+    own = reader()
+    step = server_trace()
+    step.stamp.sec, step.stamp.nanosec = server_s, 10  # ahead of its monotonic clock by 5 ns less
+    assert own.step(serialize_message(step)) is not None
+    block = own.block(serialize_message(trace()))
+    assert (block.start_ns, block.sums is not None) == (start_ns, compared)
 
 
 @pytest.mark.parametrize(
@@ -164,24 +128,23 @@ def test_trace_of_another_machine_is_put_beside_the_servers_and_its_energy_is_no
         {name: [] for name in (*COLUMNS, "lateness", "compute")},
     ],
 )
-def test_traces_that_do_not_fit_are_skipped(changes):
-    reader = MasterReader(dof=1, waves=True)
-    for _ in range(2):
-        assert reader.read(serialize_message(trace(**changes)), None) is None
-        assert reader.read(serialize_message(trace()), None) is not None
-    steps = ServerReader(dof=3, users=["user1", "user2"])
-    assert steps.read(serialize_message(server_trace(("user1", "user3")))) is None
-    assert steps.read(serialize_message(server_trace(state=[7, 0]))) is None
+def test_trace_of_a_master_that_does_not_fit_is_skipped(changes):
+    assert reader().block(serialize_message(trace(**changes))) is None
+
+
+@pytest.mark.parametrize(
+    "message", [server_trace(("user1", "user3")), server_trace(state=[7, 0]), server_trace(dof=3)]
+)
+def test_trace_of_the_server_that_does_not_fit_is_skipped(message):
+    assert reader().step(serialize_message(message)) is None
 
 
 def test_what_is_no_trace_is_skipped():
-    reader = MasterReader(dof=1, waves=True)
     data = serialize_message(trace())
-    assert reader.read(data, None) is not None
-    unread = {key: [] for key in ("looked", "taken_tick", "taken_seq", "taken_epoch")}
-    for length in range(len(serialize_message(trace(**unread))) - 4 * (1 + len(unread))):
-        assert reader.read(data[:length], None) is None
-    assert reader.read(b"\0\1\0\0" + b"\xff" * 600, None) is None
+    assert reader().block(data) is not None
+    for length in range(0, len(data) - 60, 7):
+        assert reader().block(data[:length]) is None
+    assert reader().block(b"\0\1\0\0" + b"\xff" * 600) is None
 
 
 @given(st.lists(st.floats(allow_nan=False), min_size=1, max_size=6), st.integers(0, 2**31 * S - 1))

@@ -9,11 +9,7 @@ from support.parameter_nodes import bind, change
 from support.processes import ros
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import (
-    FilterParams,
-    MasterParams,
-    SafetyParams,
-)
+from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 from pmwvc_core.runtime.parameter_values import built, values_of
 
 
@@ -26,9 +22,7 @@ def test_a_change_hands_over_the_complete_new_object():
         assert changes == [
             dataclasses.replace(start, impedance=12.0),
             MasterParams(
-                impedance=12.0,
-                hold="zoh",
-                filter=FilterParams(kind="first_order", cutoff_hz=5.0),
+                impedance=12.0, hold="zoh", filter=FilterParams(kind="first_order", cutoff_hz=5.0)
             ),
         ]
 

@@ -25,11 +25,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.names import leaves
 from pmwvc_core.runtime.parameter_values import built, to_ros_yaml, values_of
-from pmwvc_core.runtime.parameters import (
-    declare,
-    declare_names,
-    declare_value,
-)
+from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
 from pmwvc_core.runtime.process import refuse_undeclared
 
 GROUPS = [
@@ -48,6 +44,7 @@ GROUPS = [
 def test_every_group_survives_the_way_through_ros(kind):
     with ros() as peer:
         assert declare(peer.node, "group", kind) == kind()
+        assert built("a.b", kind, values_of("a.b", kind())) == kind()
         for name, spec in leaves("group", kind).items():
             descriptor = peer.node.describe_parameter(name)
             assert descriptor.read_only
@@ -60,14 +57,12 @@ IN_FLIGHT = [ContactParams, LinkParams, MasterParams, SafetyParams, ServerParams
 
 @pytest.mark.parametrize("kind", IN_FLIGHT, ids=lambda kind: kind.__name__)
 def test_every_number_that_may_change_in_flight_is_bounded_on_both_sides(kind):
-    open_ended = [
-        name
-        for name, spec in leaves("", kind).items()
-        if spec.kind in (int, float)
-        and not spec.read_only
-        and (spec.low == spec.above or spec.high == spec.below)  # None both
-    ]
-    assert open_ended == []
+    for name, spec in leaves("", kind).items():
+        if spec.kind in (int, float) and not spec.read_only:
+            low = spec.above if spec.low is None else spec.low
+            high = spec.below if spec.high is None else spec.high
+            assert low is not None and high is not None, name
+            assert max(abs(low), abs(high)) <= 1e12, name
 
 
 @pytest.mark.parametrize("kind", GROUPS, ids=lambda kind: kind.__name__)
@@ -121,24 +116,6 @@ def test_a_bound_that_is_open_is_a_range_too_and_the_constraint_states_what_is_e
         assert change(peer.node, device__mass=0.0) == "device.mass = 0.0: must be > 0 kg"
         (integers,) = peer.node.describe_parameter("seed").integer_range
         assert (integers.from_value, integers.to_value) == (0, 2**63 - 1)
-
-
-@pytest.mark.parametrize("kind", [MasterParams, SafetyParams, LinkParams])
-def test_every_number_that_may_change_while_running_is_bounded_on_both_sides(kind):
-    for name, spec in leaves("", kind).items():
-        if spec.kind in (int, float) and not spec.read_only:
-            low = spec.above if spec.low is None else spec.low
-            high = spec.below if spec.high is None else spec.high
-            assert low is not None and high is not None, name
-            assert max(abs(low), abs(high)) <= 1e12, name
-
-
-def test_an_absurd_number_is_refused_with_the_range_and_changes_nothing():
-    with ros() as peer:
-        _, changes = bind(peer.node, "master", MasterParams)
-        reason = change(peer.node, master__impedance=1e300)
-        assert "master.impedance" in reason and "1000" in reason
-        assert changes == []
 
 
 def test_what_the_node_was_given_wins_over_defaults_and_a_whole_number_is_a_number():
@@ -204,40 +181,17 @@ def test_single_values_are_checked_too():
             declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1)
 
 
-def test_no_names_are_names_too():
-    with ros() as peer:
-        assert declare_names(peer.node, "users", [], "names") == []
-
-
 def test_a_parameter_file_holds_everything_and_no_null():
-    values = {
-        "filter": FilterParams(kind="first_order", pole_rad_s=50.0),
+    group = FilterParams(kind="first_order", pole_rad_s=50.0)
+    values = {"filter": group, "seed": 3, "users": [], "user1.side": -1, "nothing": None}
+    (given,) = to_ros_yaml(values, node="/netem")["/netem"].values()
+    assert built("filter", FilterParams, flattened(given)) == group
+    assert given["filter"]["cutoff_hz"] == 0.0  # not given
+    assert {name: given[name] for name in given if name != "filter"} == {
         "seed": 3,
-        "users": [],
-        "user1.side": -1,
-        "nothing": None,
-    }
-    assert to_ros_yaml(values, node="/netem") == {
-        "/netem": {
-            "ros__parameters": {
-                "filter": {
-                    "kind": "first_order",
-                    "pole_rad_s": 50.0,
-                    "cutoff_hz": 0.0,
-                    "stop_hz": 0.0,
-                    "pass_hz": 25.0,
-                    "pass_db": 20.0,
-                    "stop_db": 40.0,
-                    "meet": "pass",
-                    "discretisation": "bilinear",
-                },
-                "seed": 3,
-                "user1": {"side": -1},
-            }
-        }
+        "user1": {"side": -1},
     }
 
 
-@pytest.mark.parametrize("kind", GROUPS, ids=lambda kind: kind.__name__)
-def test_flat_values_build_the_same_group(kind):
-    assert built("a.b", kind, values_of("a.b", kind())) == kind()
+def flattened(given):
+    return {f"filter.{name}": value for name, value in given["filter"].items()}

@@ -88,7 +88,7 @@ class Rig:
             self.now_ns = self.grid * PERIOD_NS
             for user in users:
                 self.send(user, wave)
-            self.loop.tick(Tick(self.grid, self.grid, self.now_ns, self.now_ns, 0, 0))
+            self.loop.tick(Tick(self.grid, self.now_ns, self.now_ns, 0, 0))
 
     @property
     def presence(self):
@@ -249,7 +249,7 @@ def test_another_period_begins_with_the_next_step_and_lies_on_its_own_grid():
             wanted = ServerParams(period_s=changes[due_ms])
             rig.loop.protocol.hand_over(partial(rig.loop.configure, wanted))
         rig.send(0)
-        rig.loop.tick(Tick(0, 0, rig.now_ns, rig.now_ns, 0, 0))
+        rig.loop.tick(Tick(0, rig.now_ns, rig.now_ns, 0, 0))
         lasted[due_ms] = round(rig.loop.protocol.p.period_s * 1e3)
     # Only the step at 98 ms is shorter: 102 ms is on the grid of 20 ms, 2 ms behind its points.
     assert lasted == {42: 20, 62: 20, 82: 8, 90: 8, 98: 4, 102: 20, 122: 20}

@@ -62,9 +62,7 @@ def test_a_loop_on_the_wall_clock_would_miss_deadlines(jumping):
     """The control: the pacer of the loops, on either clock."""
     for clock, misses in ((time.monotonic_ns, False), (time.time_ns, True)):
         pacer = Pacer(10**9, clock=clock, sleep=lambda _: None)
-        for _ in range(6):
-            pacer.wait()
-        assert (pacer.missed > 0) == misses
+        assert any(pacer.wait().skipped for _ in range(6)) == misses
 
 
 def test_nothing_but_stamps_reads_the_wall_clock():

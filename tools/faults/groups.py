@@ -51,7 +51,7 @@ GROUPS = (
         "F09b",
         "any flipped bit, a truncated packet",
         "all detected",
-        tests(f"{U}test_admission.py", f"{U}test_wire.py", "-k", "bit or cut or bytes"),
+        tests(f"{U}test_admission.py", f"{U}test_messages.py", "-k", "bit or cut or bytes"),
     ),
     Fault(
         "F10",
@@ -93,7 +93,7 @@ GROUPS = (
         "F17",
         "arbitrary bytes, wrong lengths, messages of other programs",
         "no exception; counted and dropped",
-        tests(f"{U}test_wire.py", f"{P}test_strangers.py"),
+        tests(f"{U}test_messages.py", f"{P}test_strangers.py"),
     ),
     Fault(
         "F18",

@@ -21,14 +21,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Finding, together
+from pmwvc_analysis.budget.criterion import Finding, server_allowance_j, together
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, StoodStill, given_until, holes, stood_still
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.quantities import quantity, share
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 # where the work of the force on the device counts
@@ -126,10 +125,7 @@ def _of_server(
     taken, given = energy.port_sums(server)
     for start in starts(server):  # what it held died with the one before
         taken[start.row :] -= taken[start.last] - given[start.last]
-    allowance_j = 0.0  # that a port ledger may give out without having received it
-    if scenario is not None and scenario.coupling.black_box:
-        compensation = COMPENSATIONS.of(scenario.server.compensation)
-        allowance_j = compensation.allowance_j(scenario.server)
+    allowance_j = server_allowance_j(scenario) if scenario else 0.0
     balance = energy.Balance(server.time_s, taken, given, allowance_j)
     found = balance.judged(SERVER, SERVER, [hole.unjudged for hole in missing])
     if scenario is None:

@@ -85,7 +85,7 @@ def _session(arguments: argparse.Namespace) -> "Session":
         return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
     from pmwvc_analysis.recording.reader import read_scenario, read_session
     from pmwvc_analysis.verdicts.verdicts import summary
-    from pmwvc_view.recorded.session import RecordedSession
+    from pmwvc_view.recorded import RecordedSession
 
     traces, recorded = read_session(folder), read_scenario(folder)
     if recorded is None:

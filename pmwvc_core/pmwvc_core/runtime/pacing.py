@@ -1,20 +1,27 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The clock of a loop: absolute deadlines ``k * period + phase`` of the monotonic clock, so that
-lateness does not add up and loops of a machine keep their phases; and counts of how they were met.
+lateness does not add up and loops of a machine keep their phases; counts of how they were met; and
+the system's help in meeting them: real-time priority, locked memory, exact timers.
 """
 
+import contextlib
 import ctypes
 import errno
+import gc
 import os
+import resource
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 _NS_PER_S = 1_000_000_000
 _TIMER_ABSTIME = 1
-_libc = ctypes.CDLL(None)
+_PR_SET_TIMERSLACK, _ONE_NS = 29, (ctypes.c_ulong(1), 0, 0, 0)
+_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
+_FIFO = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+_libc = ctypes.CDLL(None, use_errno=True)
 
 
 class _Timespec(ctypes.Structure):
@@ -32,12 +39,10 @@ def sleep_until(deadline_ns: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One wake-up of a loop. ``index`` counts executed ticks from 0, ``grid`` deadlines since the
-    clock's origin. ``lateness_ns`` counts from ``due_ns``, without the ``skipped`` periods before
-    it.
+    """One wake-up of a loop. ``grid`` counts deadlines since the clock's origin, ``lateness_ns``
+    from ``due_ns``, without the ``skipped`` periods before it.
     """
 
-    index: int
     grid: int
     due_ns: int
     woke_ns: int
@@ -64,14 +69,8 @@ class Pacer:
         self, period_ns: int, *, phase_ns: int = 0, recover_ns: int = 25_000_000,
         clock: Callable[[], int] = time.monotonic_ns, sleep: Callable[[int], None] = sleep_until,
     ) -> None:  # fmt: skip
-        self.period_ns = period_ns
-        self._phase_ns = phase_ns
-        self.phase_ns = phase_ns % period_ns
-        self.recover_ns = recover_ns
-        self.missed = 0
-        self._clock = clock
-        self._sleep = sleep
-        self._index = 0
+        self.period_ns, self._phase_ns, self._recover_ns = period_ns, phase_ns, recover_ns
+        self._clock, self._sleep = clock, sleep
         self._due_ns: int | None = None
         self._earliest_ns = 0
 
@@ -80,7 +79,7 @@ class Pacer:
         period = self.period_ns
         now = self._clock()
         if self._due_ns is None:
-            due = now - (now - self.phase_ns) % period + period
+            due = now - (now - self._phase_ns) % period + period
         else:
             due = self._due_ns + period
         target = max(due, self._earliest_ns)
@@ -88,21 +87,17 @@ class Pacer:
             self._sleep(target)
             now = self._clock()
         late = now - due
-        skipped = late // period if late > self.recover_ns else 0
+        skipped = late // period if late > self._recover_ns else 0
         due += skipped * period
-        tick = Tick(self._index, due // period, due, now, now - due, skipped)
-        self.missed += skipped
-        self._index += 1
         self._due_ns = due
         self._earliest_ns = now + (period + 1) // 2
-        return tick
+        return Tick(due // period, due, now, now - due, skipped)
 
     def retime(self, period_ns: int) -> None:
         """Go on with another period: the next deadline is the first of its grid after the last."""
-        phase_ns = self._phase_ns % period_ns
         if self._due_ns is not None:
-            self._due_ns -= (self._due_ns - phase_ns) % period_ns
-        self.period_ns, self.phase_ns = period_ns, phase_ns
+            self._due_ns -= (self._due_ns - self._phase_ns) % period_ns
+        self.period_ns = period_ns
 
     def ticks(self, stop: threading.Event) -> Iterator[Tick]:
         """Yield ticks until ``stop`` is set; the sleep under way is still slept to its end."""
@@ -130,3 +125,118 @@ class Health:
         self.compute_sum_ns += compute_ns
         self.late_max_ns = max(self.late_max_ns, late_ns)
         self.compute_max_ns = max(self.compute_max_ns, compute_ns)
+
+
+@dataclass(frozen=True)
+class RealTimeReport:
+    """The real-time requests that the system granted, and the reason of each refusal."""
+
+    granted: tuple[str, ...] = ()
+    refused: dict[str, str] = field(default_factory=dict)
+
+    def __add__(self, other: "RealTimeReport") -> "RealTimeReport":
+        """Return a report of the requests of both."""
+        return RealTimeReport(self.granted + other.granted, self.refused | other.refused)
+
+    def __str__(self) -> str:
+        """Return one line for a log."""
+        if not (self.granted or self.refused):
+            return "not requested yet"
+        refused = [f"{name} refused ({reason})" for name, reason in self.refused.items()]
+        return "real time: " + "; ".join([*(f"{name} granted" for name in self.granted), *refused])
+
+
+def hold_memory() -> RealTimeReport:
+    """Ask for memory that stays where it is, after set-up: locked, the garbage collector's
+    survivors frozen. It takes up to seconds: before a node can be started, so that nodes begin
+    together.
+    """
+
+    def freeze() -> None:
+        gc.collect()
+        gc.freeze()
+
+    return _asked(("memory lock", _lock_memory), ("frozen garbage collector", freeze))
+
+
+def request_real_time(priority: int) -> RealTimeReport:
+    """Ask, from the loop's own thread, for what makes it wake in time: timer slack, SCHED_FIFO
+    (priority 1 to 99), and the middleware's threads one step below. A refusal is reported.
+    """
+    return _asked(
+        ("timer slack 1 ns", lambda: _checked(_libc.prctl(_PR_SET_TIMERSLACK, *_ONE_NS))),
+        (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
+        ("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(max(priority - 1, 1))),
+    )
+
+
+def request_reception(priority: int) -> RealTimeReport:
+    """Ask for reception whatever else the machine does; a loop of its own may be late."""
+    return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
+
+
+def request_priority(priority: int) -> RealTimeReport:
+    """Ask for SCHED_FIFO for the calling thread, which sleeps most of the time."""
+    return _asked((f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)))
+
+
+def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
+    granted, refused = [], {}
+    for name, ask in requests:
+        try:
+            ask()
+        except OSError as error:
+            hint = _WAY_OUT.get((error.errno or 0, name.split()[0]))
+            reason = error.strerror or str(error)
+            refused[name] = f"{reason}; {hint}" if hint else reason
+        else:
+            granted.append(name)
+    return RealTimeReport(tuple(granted), refused)
+
+
+_MEMLOCK = "raise the user's memlock limit"
+_WAY_OUT = {
+    (errno.EPERM, "SCHED_FIFO"): "raise the user's rtprio limit",
+    (errno.EINVAL, "SCHED_FIFO"): "the priority must be 1 to 99",
+    **{(errno.EPERM, "memory"): _MEMLOCK, (errno.ENOMEM, "memory"): _MEMLOCK},
+}
+
+
+def _set_fifo(priority: int) -> None:
+    os.sched_setscheduler(0, _FIFO, os.sched_param(priority))
+
+
+def _set_middleware_fifo(priority: int) -> None:
+    """Raise the threads that Python has not started: here those of the middleware."""
+    ours = {thread.native_id for thread in threading.enumerate()}
+    for task in map(int, os.listdir("/proc/self/task")):
+        if task not in ours:
+            with contextlib.suppress(ProcessLookupError):  # it has ended meanwhile
+                os.sched_setscheduler(task, _FIFO, os.sched_param(priority))
+
+
+def _lock_memory() -> None:
+    """Lock what is in use, and what comes later only where no limit could make that fail."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+    limitless = limit == resource.RLIM_INFINITY or os.geteuid() == 0
+    which = _MCL_CURRENT | _MCL_FUTURE if limitless else _MCL_CURRENT
+    _checked(_libc.mlockall(which | _MCL_ONFAULT))
+
+
+def _checked(failed: int) -> None:
+    if failed:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+
+
+class Paced:
+    """What every loop counts for its diagnostics: ``health`` since somebody looked, deadlines
+    ``missed``, and what the system granted, before the start (``memory``) and then.
+    """
+
+    def __init__(self) -> None:
+        self.health, self.missed = Health(), 0
+        self.memory, self.report = RealTimeReport(), RealTimeReport()
+
+    def request(self, priority: int) -> None:
+        """Ask for real time, from the loop's own thread."""
+        self.report = self.memory + request_real_time(priority)

@@ -8,6 +8,7 @@ its subscriptions itself (some microseconds; an executor's turn 150, and it pass
 
 import struct
 import time
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -111,7 +112,9 @@ class _Unserved(CallbackGroup):
 
 
 class Polled:
-    """One subscription, emptied by :meth:`take`; its node has to outlive the loop that takes."""
+    """One subscription, emptied by :meth:`take` or by going through it; its node has to outlive
+    the loop that takes.
+    """
 
     def __init__(
         self, node: Node, kind: Any, topic: str, qos: QoSProfile = TAKEN_QOS, *, raw: bool = False
@@ -126,6 +129,10 @@ class Polled:
         """Return the oldest message not yet taken, or None; never waits."""
         taken = self._take(self.kind, self.raw)
         return None if taken is None else taken[0]
+
+    def __iter__(self) -> Iterator[Any]:
+        """Go through what has come."""
+        return iter(self.take, None)
 
 
 class WaveTopics:

@@ -175,5 +175,5 @@ class Watch:
             "compute max [us]": f"{health.compute_max_ns / 1e3:.1f}",
             "missed deadlines": loop.missed,
             "packets of another controller": loop.protocol.other_controller,
-            "real time": str(loop.report or "not requested yet"),
+            "real time": str(loop.report),
         }, missed

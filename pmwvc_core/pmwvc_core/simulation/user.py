@@ -40,11 +40,11 @@ class SimulatedUser:
     def change(self, old: User, new: User) -> None:
         """Hand over the groups of parameters that differ to the loop and the links."""
         both = {name: (getattr(old, name), getattr(new, name)) for name in ("master", "safety")}
-        if groups := {name: other for name, (one, other) in both.items() if other is not one}:
+        if groups := {name: other for name, (one, other) in both.items() if other != one}:
             self.loop.hand_over(partial(self.loop.configure, **groups))
-        if new.link_up is not old.link_up:
+        if new.link_up != old.link_up:
             self.up.configure(new.link_up)
-        if new.link_down is not old.link_down:
+        if new.link_down != old.link_down:
             self.down.configure(new.link_down)
 
     def send(self, until_ns: int) -> bool:

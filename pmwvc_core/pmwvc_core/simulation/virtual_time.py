@@ -76,13 +76,13 @@ class VirtualTime:
             yield tick, tick * self.tick_ns, None
 
     def change(self, new: Scenario) -> None:
-        """Hand over what another scenario has: what has not changed is the same object."""
+        """Hand over what another scenario has."""
         old = self._present
-        if new.server is not old.server:
+        if new.server != old.server:
             self.server.hand_over(partial(self._configure, new.server))
         for index, (one, other) in enumerate(zip(old.users, new.users, strict=True)):
             self.users[index].change(one, other)
-            if other.contact is not one.contact:
+            if other.contact != one.contact:
                 port = index, other.contact, other.server_impedance
                 self.server.hand_over(partial(self.server.configure_user, *port))
         self._present = new

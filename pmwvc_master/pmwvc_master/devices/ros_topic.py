@@ -78,10 +78,10 @@ class HandTopics:
     def take(self) -> Sequence[Target]:
         """Return the targets that arrived since the last call; None lets go."""
         found: list[Target] = []
-        while (message := self._held.take()) is not None:
+        for message in self._held:
             self._open = bool(message.data)
             found += [] if self._open else [None]
-        while (data := self._targets.take()) is not None:
+        for data in self._targets:
             point = first_vector(data)
             if point is not None and self._open:
                 found.append(value(point[1][: self._dof]))
@@ -127,11 +127,11 @@ class RosTopicDevice:
         """Take the samples since the last tick; the newest counts."""
         sample = self._sample
         sample.fresh = False
-        while (message := self._twist.take()) is not None:
+        for message in self._twist:
             twist = first_vector(message)
             if twist is not None and finite(velocity := value(twist[1][: self._dof])):
                 sample.xd, self._twist_ns = velocity, due_ns
-        while (message := self._pose.take()) is not None:
+        for message in self._pose:
             pose = first_vector(message)
             if pose is not None:
                 self._move(value(pose[1][: self._dof]), pose[0], due_ns)

@@ -4,22 +4,28 @@
 
 It is as of now: what was recorded is judged by the report. Conditions stand in the sentence: since
 when, which accounts, what was not judged. "Good" says that all are coupled, that every account was
-judged and passive, and that the report's judge finds nothing unstable in the newest seconds.
-
-Notices beside it tell what happened to a running session that explains what is seen.
+judged and passive, and that the report's judge finds nothing unstable in the newest seconds, since
+a parameter changed at the earliest. Notices beside it tell what explains what is seen.
 """
 
+import math
 from collections import deque
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from pmwvc_analysis.budget.criterion import server_allowance_j
+from pmwvc_analysis.verdicts import stability
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.quantities import quantity
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import NS
-from pmwvc_view.feed.user import FeedUser
+from pmwvc_core.traces import SessionTraces
+from pmwvc_view.feed.balances import WAYS, Worst
+from pmwvc_view.feed.feed import FeedUser
+from pmwvc_view.feed.tape import SPAN_S, Tape
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 STALL_S = 0.025  # of a loop: it then skips ticks, and a watchdog of 30 ms may let go
@@ -37,12 +43,11 @@ class Notices:
         """Return the notices, oldest first."""
         return list(self._texts)
 
-    def watch(self, snapshots: Sequence[Snapshot], layout: Layout, users: Sequence[str]) -> None:
+    def watch(self, snapshots: Sequence[Snapshot], layout: Layout) -> None:
         """Note the stalls of force loops in new snapshots."""
-        for snapshot in snapshots:
-            row = snapshot.row
-            self._time_s = float(row[layout.slices["time_s"].start])
-            for user in users:
+        for row in (snapshot.row for snapshot in snapshots):
+            self._time_s = float(row[1])
+            for user in layout.users:
                 late_s = float(row[layout.slices[f"{user}.lateness"].start])
                 if late_s > STALL_S:  # not where it is not known
                     self._note(
@@ -68,88 +73,134 @@ class Notices:
         self._texts.append(f"At {self._time_s:.1f} s {text}.")
 
 
+JUDGED_S = 1.0  # between two judgements
+LATE_S = 1.0  # newest part, in which a force is at its limit or not
+AT_LIMIT = 0.999
+
+
+class Judge:
+    """The report's judge on the newest seconds. ``why`` tells what makes the session unstable as
+    of now, empty: nothing does; ``was`` what did last, and until when [s]; ``limited`` whose force
+    is at its largest [N].
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        self._tape = tape
+        self._since_s, self._judged_s = -math.inf, -JUDGED_S
+        self.why, self.was = "", ("", 0.0)
+        self.limited: dict[str, float] = {}
+
+    def changed(self) -> None:
+        """Begin anew: what was before a change of parameters says nothing of what is."""
+        self._since_s = self._tape.end_s
+
+    def judge(self, scenario: Scenario, *, live: bool) -> None:
+        """Judge what is new, now and then; the scenario is that of now. What goes on is judged
+        over the newer half of what is kept.
+        """
+        now_s = self._tape.end_s
+        if now_s < self._judged_s + JUDGED_S:
+            return
+        self._judged_s, now = now_s, replace(scenario, changes="")
+        traces = self.traces(now, live=live)
+        found = stability.verdict(traces, now, since_s=now_s - 0.5 * SPAN_S)
+        unstable = f"{found.instability}: {found.why}" if found.stable is False else ""
+        if self.why and not unstable:
+            self.was = self.why, now_s
+        self.why, self.limited = unstable, {}
+        for user in scenario.users:
+            force_n = user.safety.max_force
+            own = next((each for each in traces.users if each.name == user.name), None)
+            if own is not None and (late := own.f_applied[own.time_s > now_s - LATE_S]).size:
+                if np.mean(np.linalg.norm(late, axis=-1) >= AT_LIMIT * force_n) > 0.5:
+                    self.limited[user.name] = force_n
+
+    def traces(self, scenario: Scenario, *, live: bool) -> SessionTraces:
+        """Return what is kept."""
+        tape, since_s = self._tape, max(self._since_s, self._tape.end_s - SPAN_S)
+        users = tape.user_traces(since_s)
+        duration_s = max((float(each.time_s[-1]) + each.tick_s for each in users), default=0.0)
+        server = tape.server_traces(since_s, scenario.server.period_s)
+        links = tape.links(scenario, since_s)
+        return SessionTraces("live" if live else "simulated", duration_s, users, server, links)
+
+
 WORDS = ("starting", "coupled", "damping", "fault")
 GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
 
 
 def verdict(
-    feed: Feed,
-    users: Sequence[str],
-    *,
-    storage_j: Mapping[str, float],
-    exact_hands: Sequence[str],
-    notices: Sequence[str],
-) -> dict[str, Any]:
-    """Return the text message: verdict, level, users, notices.
-
-    Parameters
-    ----------
-    storage_j
-        Energy that a user's controller was declared to hold at the start [J].
-    exact_hands
-        Users whose device counts its true motion, as a simulated one does whatever its encoder
-        shows: their account from hand to object is judged.
-    notices
-        What people should know beside the verdict.
+    users: Mapping[str, FeedUser], judge: Judge, *, storage_j: Mapping[str, float],
+    exact_hands: Sequence[str], notices: Sequence[str], server: Sequence[str] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """Return the text message: verdict, level, users, notices, which are what people should know
+    beside the verdict. ``storage_j``: energy that a user's controller was declared to hold at the
+    start [J]. ``exact_hands``: users whose device counts its true motion, as a simulated one does
+    whatever its encoder shows; their account from hand to object is judged. ``server``: what is
+    wrong with its account.
     """
-    level, sentence = _judged(feed, users, storage_j, exact_hands)
+    active = [*_active(users, storage_j, exact_hands), *server]
+    level, sentence = _judged(users, judge, storage_j, exact_hands, active)
     states, earlier = {}, []
-    for user in users:
-        known = feed.user(user)
-        word = "no data" if known.state is None else WORDS[known.state]
-        note = "; ".join(filter(None, (known.kept_apart, _left_out(known))))
-        states[user] = {"state": word, "reason": known.reason, "note": note}
-    why, until_s = feed.window.was
+    for name, user in users.items():
+        word = "no data" if user.state is None else WORDS[user.state]
+        note = "; ".join(filter(None, (user.kept_apart, _left_out(user))))
+        states[name] = {"state": word, "reason": user.reason, "note": note}
+    why, until_s = judge.was
     if why:
         earlier.append(f"Not stable until {until_s:.0f} s, {why}.")
     return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
 
 def _judged(
-    feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
-) -> tuple[str, str]:
-    known = {user: feed.user(user) for user in users}
-    faults = [
-        f"{u}: {each.reason}" for u, each in known.items() if each.state == SafetyState.FAULT
-    ]
+    users: Mapping[str, FeedUser], judge: Judge, storage_j: Mapping[str, float],
+    exact: Sequence[str], active: Sequence[str],
+) -> tuple[str, str]:  # fmt: skip
+    faults = [f"{name}: {u.reason}" for name, u in users.items() if u.state == SafetyState.FAULT]
     if faults:
         return BAD, f"Force switched off: {'; '.join(faults)}."
-    active = _active(feed, users, storage_j, exact)
-    unstable = [f"Not stable, {feed.window.why}"] if feed.window.why else []
-    if active or unstable:
+    if active or judge.why:
+        unstable = [f"Not stable, {judge.why}"] if judge.why else []
         passive = [f"Not passive: {'; '.join(active)}"] if active else []
         return BAD, f"{'. '.join(unstable + passive)}."
     waiting = [
-        f"{user} {_waits(each)}"
-        for user, each in known.items()
-        if each.state != SafetyState.COUPLED
+        f"{name} {_waits(u)}" for name, u in users.items() if u.state != SafetyState.COUPLED
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
-    limited = [f"{user} ({force:.3g} N)" for user, force in feed.window.limited.items()]
+    limited = [f"{name} ({force:.3g} N)" for name, force in judge.limited.items()]
     if limited:
         return CAUTION, f"All users are coupled; force at its limit: {', '.join(limited)}."
     unjudged = [
-        user
-        for user, each in known.items()
-        if not (each.accounts.known_ns is not None and each.accounts.judged)
-        or not (each.channel_known or user in exact)
+        name
+        for name, user in users.items()
+        if not (user.balances.known and user.balances.judged)
+        or not (user.balances.channel_known or name in exact)
     ]
     if unjudged:
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
-    channels = all(each.channel_known for each in known.values())
+    channels = all(user.balances.channel_known for user in users.values())
     parts = "no channel" if channels else "no user's link"
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
-    lent_mj = 1e3 * max((storage_j.get(user, 0.0) for user in users), default=0.0)
-    if lent_mj > 0.0:
-        sentence += f" and was lent at the start ({quantity(lent_mj / 1e3, 'J')} at most)"
-    inexact = [user for user in users if user not in exact]
+    lent_j = max((storage_j.get(name, 0.0) for name in users), default=0.0)
+    if lent_j > 0.0:
+        sentence += f" and was lent at the start ({quantity(lent_j, 'J')} at most)"
+    inexact = [name for name in users if name not in exact]
     if inexact:
         return UNKNOWN, (
             f"{sentence}. Energy at the hand is not judged here for {', '.join(inexact)}; the "
             "report judges it as far as the encoder allows."
         )
     return GOOD, f"{sentence}."
+
+
+def server_words(worst: Worst, scenario: Scenario) -> list[str]:
+    """Return in words what the server gave out beyond what it may; empty where nothing."""
+    allowed_j = server_allowance_j(scenario)
+    if scenario.environment.own_energy(scenario.server) or worst.margin_j >= -allowed_j:
+        return []
+    given = f"gave out {quantity(-worst.balance_j, 'J')} more than it received"
+    return [f"server with its environment, {given} (at {worst.time_s:.1f} s)"]
 
 
 def _waits(user: FeedUser) -> str:
@@ -159,30 +210,23 @@ def _waits(user: FeedUser) -> str:
 
 
 def _active(
-    feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
+    users: Mapping[str, FeedUser], storage_j: Mapping[str, float], exact: Sequence[str]
 ) -> list[str]:
     """Return the accounts that were below what they may be, in words."""
-    found = []
-    for user in users:
-        accounts = feed.user(user).accounts
-        parts = [("way up", accounts.up), ("way down", accounts.down)]
-        if user in exact:
-            parts.append(("hand to object", accounts.hand))
-        for name, account in parts:
-            if account.margin_j < -storage_j.get(user, 0.0):
-                at_s = (account.least_ns - (feed.zero_ns or 0)) / NS
-                found.append(
-                    f"{user}, {name}, gave out {quantity(-account.least_j, 'J')} more than it "
-                    f"received (at {at_s:.1f} s)"
-                )
-    return found
+    return [
+        f"{name}, {way}, gave out {quantity(-worst.balance_j, 'J')} more than it received "
+        f"(at {worst.time_s:.1f} s)"
+        for name, user in users.items()
+        for way, worst in user.balances.worst.items()
+        if worst.margin_j < -storage_j.get(name, 0.0) and (way != WAYS[-1] or name in exact)
+    ]
 
 
 def _left_out(user: FeedUser) -> str:
     """Return what the energy account, or the distance, of a user does not cover."""
-    if user.accounts.known_ns is None:
+    if not user.balances.known:
         return "no energy account yet"
-    if not user.accounts.judged:
+    if not user.balances.judged:
         return "a node was started again: its energy is counted and no longer judged"
     if user.loaded_change:
         return (

@@ -17,6 +17,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
+from pmwvc_core.params import Validated
+from pmwvc_core.params.fields import parameter
 from pmwvc_core.runtime.parameter_values import (
     SHARED_AT_SERVER,
     TOP_AT_ENDS,
@@ -34,52 +36,45 @@ ANSWER_S = 0.005
 
 
 class Parameters:
-    """The parameters of other nodes; an executor serves the node in another thread."""
+    """The parameters of other nodes, until asked to stop; an executor serves the node in another
+    thread.
+    """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._setters: dict[str, Any] = {}
+    def __init__(self, node: Node, stop: threading.Event) -> None:
+        self._node, self._stop = node, stop
+        self._clients: dict[str, Any] = {}
 
-    def read(self, other: str, stop: threading.Event) -> dict[str, Any]:
+    def read(self, other: str) -> dict[str, Any]:
         """Return all parameters of a node by name; PmwvcError where it does not answer."""
         every = ListParameters.Request(depth=ListParameters.Request.DEPTH_RECURSIVE)
-        listed = self._call(ListParameters, f"{other}/list_parameters", every, stop)
+        listed = self._call(ListParameters, f"{other}/list_parameters", every)
         wanted = GetParameters.Request(names=listed.result.names)
-        answer = self._call(GetParameters, f"{other}/get_parameters", wanted, stop)
+        answer = self._call(GetParameters, f"{other}/get_parameters", wanted)
         return dict(zip(wanted.names, map(parameter_value_to_python, answer.values), strict=True))
 
     async def set(self, other: str, values: Mapping[str, Any]) -> str:
         """Set parameters of a node together; return why it refused, or ""."""
-        if other not in self._setters:
-            service = f"{other}/set_parameters_atomically"
-            self._setters[other] = self._node.create_client(SetParametersAtomically, service)
-        client = self._setters[other]
-        if not client.service_is_ready():
-            return f"{other} is not there"
         wanted = [Parameter(name, value=new).to_parameter_msg() for name, new in values.items()]
-        call = client.call_async(SetParametersAtomically.Request(parameters=wanted))
-        until_s = time.monotonic() + PATIENCE_S
-        while not call.done():
-            if time.monotonic() > until_s:
-                return f"{other} did not answer within {PATIENCE_S:g} s"
-            await asyncio.sleep(ANSWER_S)
-        result = call.result().result
-        return "" if result.successful else str(result.reason)
-
-    def _call(self, kind: Any, service: str, request: Any, stop: threading.Event) -> Any:
-        client = self._node.create_client(kind, service)
+        request = SetParametersAtomically.Request(parameters=wanted)
+        service = f"{other}/set_parameters_atomically"
         try:
-            until_s = time.monotonic() + PATIENCE_S
-            call = None
-            while not stop.is_set() and time.monotonic() < until_s:
-                if call is None and client.service_is_ready():
-                    call = client.call_async(request)
-                if call is not None and call.done():
-                    return call.result()
-                time.sleep(ANSWER_S)
-            raise PmwvcError(f"no answer to a call of {service}")
-        finally:
-            self._node.destroy_client(client)
+            answer = await asyncio.to_thread(self._call, SetParametersAtomically, service, request)
+        except PmwvcError as error:
+            return str(error)
+        return "" if answer.result.successful else str(answer.result.reason)
+
+    def _call(self, kind: Any, service: str, request: Any) -> Any:
+        if service not in self._clients:
+            self._clients[service] = self._node.create_client(kind, service)
+        client, call = self._clients[service], None
+        until_s = time.monotonic() + PATIENCE_S
+        while not self._stop.is_set() and time.monotonic() < until_s:
+            if call is None and client.service_is_ready():
+                call = client.call_async(request)
+            if call is not None and call.done():
+                return call.result()
+            time.sleep(ANSWER_S)
+        raise PmwvcError(f"{service} did not answer within {PATIENCE_S:g} s")
 
 
 LOOK_S = 0.1
@@ -88,16 +83,29 @@ TRACE = "/server/trace"
 LONGEST_S = 86400.0  # a session that is joined goes on until it ends
 
 
+@dataclass(frozen=True)
+class AboutSession(Validated):
+    """What nobody can see of a session in the graph: parameters of the view node."""
+
+    name: str = parameter("session", "-", "name of the session")
+    description: str = parameter("", "-", "what the session shows")
+    report: str = parameter("", "-", "file of its report, once it is over")
+    emulated: bool = parameter(False, "-", "an emulator belongs to the session")
+    duration_s: float = parameter(0.0, f"0..{LONGEST_S:g} s", "its length, 0: not known")
+
+
 @dataclass
 class Graph:
-    """The nodes of a session and their parameters by node and name, which are kept up to date.
+    """The nodes of a session and their parameters by node and name, which are kept up to date, and
+    set by ``parameters``.
 
     ``prefix`` is the session's namespace, without a slash at its end; users are in the order of
     the server.
     """
 
     prefix: str
-    users: list[str]
+    parameters: Parameters
+    users: list[str] = field(default_factory=list)
     values: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -112,13 +120,13 @@ class Graph:
         """Tell whether an emulator relays the packets."""
         return bool(self.values.get(self.netem))
 
-    def scenario(self, about: Mapping[str, object]) -> Scenario:
-        """Return the scenario that the nodes' parameters make; ``about``: name and length of it.
-        PmwvcError where they make none.
-        """
+    def scenario(self, about: AboutSession) -> Scenario:
+        """Return the scenario that the nodes' parameters make; PmwvcError where they make none."""
         server, netem = self.values[self.server], self.values.get(self.netem, {})
         found: dict[str, Any] = {
-            **about,
+            "name": about.name,
+            "description": about.description,
+            "duration_s": about.duration_s or LONGEST_S,
             **{name: server[name] for name in TOP_AT_ENDS},
             "users": len(self.users),
             "seed": netem.get("seed", 1),
@@ -180,21 +188,22 @@ def _read(
     node: Node, prefix: str, users: Sequence[str], stop: threading.Event, *, emulated: bool
 ) -> Graph | None:
     """Return a session whose nodes have all answered; None where one is not there yet."""
-    graph, parameters = Graph(prefix, []), Parameters(node)
+    graph = Graph(prefix, Parameters(node, stop))
+    read = graph.parameters.read
     try:
-        graph.values[graph.server] = parameters.read(graph.server, stop)
+        graph.values[graph.server] = read(graph.server)
         graph.users = list(graph.values[graph.server]["users"])
         if users and list(users) != graph.users:
             raise ParameterError(f"users = {list(users)}: the server has {graph.users}")
         for master in map(graph.master, graph.users):
-            graph.values[master] = parameters.read(master, stop)
+            graph.values[master] = read(master)
         until_s = time.monotonic() + (math.inf if emulated else EMULATOR_S)
         while not (found := node.count_publishers(f"{graph.netem}/links")):
             if stop.is_set() or time.monotonic() > until_s:
                 break
             time.sleep(LOOK_S)
         if found:  # an emulator publishes the states of the links
-            graph.values[graph.netem] = parameters.read(graph.netem, stop)
+            graph.values[graph.netem] = read(graph.netem)
     except ParameterError:
         raise
     except PmwvcError:

@@ -16,10 +16,10 @@ from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
-from pmwvc_view.live.graph import Graph, Parameters
+from pmwvc_view.live.graph import AboutSession, Graph
 from pmwvc_view.live.topics import HELD_QOS, Inlets, PublishedHand
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, RunningSession, SessionState, ramped
+from pmwvc_view.session import Handled, RunningSession, ramped
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
@@ -27,23 +27,17 @@ SILENT_S = 10.0  # without a trace: the session is over; a busy machine may stal
 
 
 class LiveSession(RunningSession):
-    """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread.
-
-    ``about`` are name, description and length as far as they are known; ``duration_s`` is None
-    where the session goes on until it is ended [s]; ``report`` is the file of its report.
-    """
+    """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread."""
 
     def __init__(
-        self, node: Node, graph: Graph, *, about: Mapping[str, object], snapshot_s: float,
-        duration_s: float | None, report: str,
-    ) -> None:  # fmt: skip
+        self, node: Node, graph: Graph, about: AboutSession, *, snapshot_s: float
+    ) -> None:
         super().__init__(live=True, snapshot_s=snapshot_s)
         self._node, self._graph, self._about = node, graph, about
-        self._duration_s, self.report = duration_s, report
+        self._duration_s, self.report = about.duration_s or None, about.report
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)
-        self._parameters = Parameters(node)
         waves = has_waves(scenario.controller)
         self._inlets = Inlets(node, graph, dof=scenario.dof, waves=waves)
         self._hands = {
@@ -53,7 +47,7 @@ class LiveSession(RunningSession):
         }
         self._restarts = node.create_publisher(String, f"{graph.prefix}/{RESTART}", HELD_QOS)
 
-    def _remote(self) -> list[str]:
+    def _remote(self) -> Sequence[str]:
         return list(self._hands)
 
     def poll(self) -> Sequence[Snapshot]:
@@ -67,19 +61,21 @@ class LiveSession(RunningSession):
                 self._lags = description.lags(self._scenario, live=True)
             except PmwvcError as error:  # parameters that make no scenario leave it as it was
                 self._node.get_logger().warning(str(error))
-        if self._feed.zero_ns is not None and inlets.silent_s > SILENT_S:
+        if self._feed.tape.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
         places = {user: hand.position for user, hand in self._hands.items()}
         return self._snapshots(inlets.now_ns(), places, inlets.round_trips)
 
-    def _state(self) -> SessionState:
-        values = self._graph.values
-        paused = bool(values[self._graph.server].get("paused", False))
-        preset = values.get(self._graph.netem, {}).get("preset")
+    def _state(self) -> tuple[bool, list[str]]:
+        paused = bool(self._graph.values[self._graph.server].get("paused", False))
         notices = [] if self._graph.emulated else ["The links are not emulated here."]
         if paused:
             notices.append("Paused: the server stands still; users join it anew when it goes on.")
-        return SessionState(paused, None if preset in (None, "none") else str(preset), notices)
+        return paused, notices
+
+    def _preset_name(self) -> str | None:
+        preset = self._graph.values.get(self._graph.netem, {}).get("preset")
+        return None if preset in (None, "none") else str(preset)
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""
@@ -95,14 +91,16 @@ class LiveSession(RunningSession):
             step = ramped(present, wanted, over_s=STEP_S)
             before, after = self._values_of(present), self._values_of(step)
             changes = {node: _different(before[node], after[node]) for node in after}
-            calls = [self._parameters.set(node, each) for node, each in changes.items() if each]
+            calls = [
+                self._graph.parameters.set(node, each) for node, each in changes.items() if each
+            ]
             if why := "; ".join(filter(None, await asyncio.gather(*calls))):
                 return why
             present = step
             if present != wanted:
                 await asyncio.sleep(STEP_S)
         if control.path == controls.PRESET:
-            return await self._parameters.set(self._graph.netem, {"preset": value})
+            return await self._graph.parameters.set(self._graph.netem, {"preset": value})
         return ""
 
     def _values_of(self, scenario: Scenario) -> dict[str, dict[str, Any]]:
@@ -117,7 +115,7 @@ class LiveSession(RunningSession):
 
     async def pause(self, paused: bool) -> Handled:
         """Let the server stand still, or go on: its users leave, and join anew afterwards."""
-        why = await self._parameters.set(self._graph.server, {"paused": paused})
+        why = await self._graph.parameters.set(self._graph.server, {"paused": paused})
         return Handled(not why, why or ("paused" if paused else "running"))
 
     def restart(self, values: Settings) -> Handled:

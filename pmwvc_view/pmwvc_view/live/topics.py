@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The topics of a session: emptied into the feed of a page, and the hands of a page, published on
-``hand/target`` and ``hand/held`` of each user.
+``hand/target`` and ``hand/held`` of each user as bytes (CDR, little endian): a fifth of what
+message objects cost.
 
-Targets are published as bytes (CDR, little endian): a fifth of what message objects cost.
+Any program of the domain can publish on these topics: bytes that are no message, a message whose
+fields do not fit together, or of another shape than the session's, are skipped.
 """
 
-import asyncio
 import contextlib
+import math
 import struct
 import time
 from collections.abc import Sequence
@@ -20,17 +22,88 @@ from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Bool
 
 from pmwvc_core.numeric import Array
+from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import Polled
 from pmwvc_core.transport.receiver import ROUND_TRIP
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
+from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.traces import NS
+from pmwvc_view.feed.tape import AVATAR, F_H, KEPT, NS, OBJECT, TraceBlock, TraceStep
 from pmwvc_view.live.graph import Graph
-from pmwvc_view.live.readers import MasterReader, ServerReader
+
+SAME_CLOCK_NS = 20_000_000  # clocks whose offsets differ by more are of two machines
+OF_MESSAGE = ("x", "xd", "f_h", "f_applied", "u_m", "v_m", "f_m")  # KEPT in a MasterTrace
+
+
+class TraceReader:
+    """The traces of a session with these users. ``clock_ns`` is by how much ROS time is ahead of
+    the server's monotonic clock, as of the newest trace [ns]; None before.
+    """
+
+    def __init__(self, *, dof: int, users: Sequence[str], waves: bool) -> None:
+        self._dof, self._users, self._waves = dof, list(users), waves
+        self.clock_ns: int | None = None
+
+    def block(self, data: bytes) -> TraceBlock | None:
+        """Return a trace of a master as a block; None for one that is skipped. A master whose
+        clock is of another machine is put beside the server's by ROS time, and its energy is not
+        compared.
+        """
+        message = self._message(data, MasterTrace)
+        if message is None or not math.isfinite(message.lateness[-1]):
+            return None
+        ticks = len(message.lateness)
+        known = message.hand_force_known and len(message.f_h)
+        every = [getattr(message, n) if n != "f_h" or known else message.x for n in OF_MESSAGE]
+        signals = np.array(every).reshape(len(KEPT), ticks, self._dof)
+        if not known:
+            signals[F_H] = math.nan
+        kept = dict(zip(message.account_names, message.accounts, strict=True))
+        waves = message.energy_u_m, message.energy_u_tx, message.energy_v_m
+        up_and_down = ways(*waves, kept) if self._waves else NO_WAVES
+        offset_ns = _ahead_ns(message) - (self.clock_ns or 0)
+        elsewhere = self.clock_ns is not None and abs(offset_ns) > SAME_CLOCK_NS
+        return TraceBlock(
+            start_ns=message.start_ns + (offset_ns if elsewhere else 0),
+            period_ns=round(message.period * NS), signals=signals,
+            lateness_s=message.lateness.tolist(), state=message.state, reason=message.reason,
+            missed=message.missed, epoch=message.epoch,
+            sums=None if elsewhere else (*up_and_down, message.energy_device),
+        )  # fmt: skip
+
+    def step(self, data: bytes) -> TraceStep | None:
+        """Return a trace of the server as a step; None for one that is skipped."""
+        message = self._message(data, ServerTrace)
+        if message is None or message.users != self._users or not math.isfinite(message.lateness):
+            return None
+        self.clock_ns = _ahead_ns(message)
+        avatars = np.array([getattr(message, name) for name in AVATAR])
+        return TraceStep(
+            start_ns=message.start_ns, epoch=message.epoch,
+            object=np.array([getattr(message, name) for name in OBJECT]),
+            avatars=avatars.reshape(len(AVATAR), len(self._users), self._dof),
+            state=message.state, contact=message.contact, lateness_s=message.lateness,
+            sums=np.array([message.energy_u_s, message.energy_v_s]),
+        )  # fmt: skip
+
+    def _message(self, data: bytes, kind: Any) -> Any:
+        try:
+            message = deserialize_message(data, kind)
+        except (ValueError, RuntimeError):
+            return None
+        fits = message.dof == self._dof and misfit(kind.__name__, message) is None
+        return message if fits else None
+
+
+def _ahead_ns(message: Any) -> int:
+    """Return by how much ROS time is ahead of the sender's monotonic clock [ns]."""
+    return nanoseconds(message.stamp) - int(message.start_ns)
+
 
 RELIABLE_QOS = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE)
 NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine's clock
@@ -40,9 +113,9 @@ AWAKE_S = 0.25  # longer between two looks, and this process stood still itself
 class Inlets:
     """Subscriptions of a session; changed parameters are kept in its graph.
 
-    ``round_trips`` are the newest measured ones of every user by column [s]; ``silent_s`` is the
-    time without a trace, as far as this process ran meanwhile [s]; ``changed`` whether a parameter
-    changed since somebody set it to False.
+    ``round_trips`` are those that masters measured, by column [s], where no links tell more often;
+    ``silent_s`` is the time without a trace, as far as this process ran meanwhile [s]; ``changed``
+    whether a parameter changed since somebody set it to False.
     """
 
     def __init__(self, node: Node, graph: Graph, *, dof: int, waves: bool) -> None:
@@ -50,73 +123,58 @@ class Inlets:
             return Polled(node, kind, topic, RELIABLE_QOS, raw=raw)
 
         self._graph, prefix = graph, graph.prefix
-        traces = {user: f"{prefix}/{user}/trace" for user in graph.users}
-        self._masters = [
-            (user, MasterReader(dof=dof, waves=waves), polled(MasterTrace, topic, raw=True))
-            for user, topic in traces.items()
-        ]
-        self._server = ServerReader(dof=dof, users=graph.users)
+        self._reader = TraceReader(dof=dof, users=graph.users, waves=waves)
+        self._masters = {
+            user: polled(MasterTrace, f"{prefix}/{user}/trace", raw=True) for user in graph.users
+        }
         self._steps = polled(ServerTrace, f"{prefix}/server/trace", raw=True)
         self._fates = polled(PacketFate, f"{prefix}/netem/fates")
         self._health = polled(DiagnosticArray, "/diagnostics")
         self._events = polled(ParameterEvent, "/parameter_events")
-        self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
         self.round_trips: dict[str, float | None] = {}
         self.silent_s, self._emptied_s = 0.0, time.monotonic()
         self.changed = False
 
     def now_ns(self) -> int:
         """Return the present time of the server's clock."""
-        ahead_ns = self._server.clock_ns
+        ahead_ns = self._reader.clock_ns
         return time.monotonic_ns() if ahead_ns is None else time.time_ns() - ahead_ns
 
     def empty(self, feed: Feed) -> None:
         """Give everything that has come to the feed."""
         received = False
-        while (data := self._steps.take()) is not None:
-            if (step := self._server.read(data)) is not None:
+        for data in self._steps:
+            if (step := self._reader.step(data)) is not None:
                 feed.on_server(step)
                 received = True
-        clock_ns = self._server.clock_ns
-        for user, reader, polled in self._masters:
-            while (data := polled.take()) is not None:
-                if (block := reader.read(data, clock_ns)) is not None:
+        for user, polled in self._masters.items():
+            for data in polled:
+                if (block := self._reader.block(data)) is not None:
                     feed.on_master(user, block)
                     received = True
         before_s, self._emptied_s = self._emptied_s, time.monotonic()
         longer_s = min(self._emptied_s - before_s, AWAKE_S)
         self.silent_s = 0.0 if received else self.silent_s + longer_s
-        while (message := self._fates.take()) is not None:
+        zero_ns = feed.tape.zero_ns
+        for message in self._fates:
             number = link_number(message.link, self._graph.users)
-            if number is None or misfit("PacketFate", message) or feed.zero_ns is None:
+            if number is None or misfit("PacketFate", message) or zero_ns is None:
                 continue
-            packets = packets_of(message)
-            age_ns = abs(self.now_ns() - feed.zero_ns)
-            if len(packets) and abs(packets[-1, 1] - feed.zero_ns) < NEAR_NS + age_ns:
+            packets, age_ns = packets_of(message), abs(self.now_ns() - zero_ns)
+            if len(packets) and abs(packets[-1, 1] - zero_ns) < NEAR_NS + age_ns:
                 feed.on_packets(number, packets)
-                self._time_round_trip(number, packets)
         self._take_health()
-        while (event := self._events.take()) is not None:
+        for event in self._events:
             known = self._graph.values.get(event.node)
             if known is not None:
                 for each in event.changed_parameters:
                     known[each.name] = parameter_value_to_python(each.value)
                 self.changed = True
 
-    def _time_round_trip(self, number: int, packets: Array) -> None:
-        """Note the delay of a link's newest packets, and with it the round trip."""
-        arrived = packets[packets[:, 2] > 0]
-        if not len(arrived):
-            return
-        self._delays_s[number] = float((arrived[:, 2] - arrived[:, 1]).mean()) / NS
-        user, other_s = self._graph.users[number // 2], self._delays_s.get(number ^ 1)
-        if other_s is not None:
-            self.round_trips[f"{user}.round_trip"] = self._delays_s[number] + other_s
-
     def _take_health(self) -> None:
         """Take what masters report; with an emulator the packets tell more often."""
         owners = {self._graph.master(user): user for user in self._graph.users}
-        while (message := self._health.take()) is not None:
+        for message in self._health:
             for status in message.status:
                 user = owners.get(status.name)
                 if user is None or self._graph.emulated:
@@ -143,8 +201,6 @@ def link_number(link: str, users: Sequence[str]) -> int | None:
 
 TARGET_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 HELD_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
-LEAST_S = 0.008  # between two targets; a page that sends more is followed at this pace
-AGAIN_S = 0.04  # a target that stays where it is is published this often; 0.15 s: let go
 HELD_S = 0.13  # between two repetitions of what holds
 _TARGET = struct.Struct("<4siIIc3x3d")  # encapsulation, stamp, empty name of a frame, point
 
@@ -165,36 +221,17 @@ class PublishedHand:
         self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
         self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
         self.position: Sequence[float] | None = None
-        self._sent: Sequence[float] | None = None
-        self._sent_s = self._held_s = 0.0
-        self._later: asyncio.TimerHandle | None = None
+        self._told_s = -math.inf
 
     def give(self, position: Sequence[float] | None) -> None:
-        """Publish a target, at once or as soon as the pace allows; None opens the hand."""
+        """Publish a target; None opens the hand."""
+        closed, self.position = self.position is not None, position
         if position is None:
-            if self.position is not None:  # a target that waits is none then
-                self.position = None
+            if closed:
                 self._flags.publish(Bool(data=False))
             return
-        loop = asyncio.get_running_loop()
-        now_s = loop.time()
-        if self.position is None:
+        now_s = time.monotonic()
+        if not closed or now_s - self._told_s > HELD_S:  # one started meanwhile missed it
+            self._told_s = now_s
             self._flags.publish(Bool(data=True))
-            self._sent, self._held_s = None, now_s
-        self.position = position
-        wait_s = self._sent_s - now_s + (AGAIN_S if position == self._sent else LEAST_S)
-        if wait_s <= 0.0:
-            self._publish()
-        elif self._later is None and position != self._sent:
-            self._later = loop.call_later(wait_s, self._publish)
-
-    def _publish(self) -> None:
-        """Publish the newest target."""
-        self._later = None
-        if self.position is None:
-            return
-        self._sent, self._sent_s = self.position, asyncio.get_running_loop().time()
-        if self._sent_s - self._held_s > HELD_S:  # a master that was started meanwhile, missed it
-            self._held_s = self._sent_s
-            self._flags.publish(Bool(data=True))
-        self._targets.publish(target_bytes(self.position, time.time_ns()))
+        self._targets.publish(target_bytes(position, time.time_ns()))

@@ -74,10 +74,6 @@ class Layout:
             at += column.values
         self.size = at
 
-    def row(self) -> Array:
-        """Return a row in which nothing is known: NaN everywhere."""
-        return np.full(self.size, math.nan)
-
     def set(self, row: Array, values: Mapping[str, Any]) -> None:
         """Write values into a row by column name; None is not known."""
         for name, value in values.items():

@@ -1,19 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The session of a page that was recorded: played, stopped, and moved along a time line; and as a
-file for the browser: the live page with the session in it, without a server. Questions to the
-exact model are not answered there.
-"""
+"""The session of a page that was recorded: played, stopped, and moved along a time line."""
 
-import base64
-import json
-import re
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.ends.server_view import LEAST_M
@@ -22,13 +18,13 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_view import SNAPSHOT_S, controls, description
+from pmwvc_view import description
 from pmwvc_view.description import Predictor
+from pmwvc_view.feed.rows import Source, UserTicks, rows_of
+from pmwvc_view.feed.tape import AVATAR, OBJECT, SIGNALS
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
-from pmwvc_view.protocol.snapshot import Layout, Snapshot
-from pmwvc_view.recorded.rows import packets_of, rows_of
+from pmwvc_view.protocol.snapshot import NO_PACKETS, Layout, Snapshot
 from pmwvc_view.session import Handled, Session
-from pmwvc_view.web.access import PAGE
 
 SLOWEST, FASTEST = 0.01, 4.0
 
@@ -44,26 +40,69 @@ class RecordedSession(Session):
         self, traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any], *,
         snapshot_s: float, clock: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
-        self._names = [user.name for user in scenario.users]
-        if not {user.name for user in traces.users} & set(self._names):
+        names = [user.name for user in scenario.users]
+        traces = replace(traces, users=[user for user in traces.users if user.name in names])
+        if not traces.users:
             raise RecordingError("nothing was recorded of the users of its scenario")
-        super().__init__(Predictor(live=traces.live))
+        super().__init__(Predictor(live=traces.live), mode="recorded")
         self._traces, self._scenario, self._summary = traces, scenario, summary
-        self.layout = Layout(self._names, scenario.dof)
-        self._rows = rows_of(traces, scenario, self.layout, period_s=snapshot_s)
+        self.layout, self._duration_s = Layout(names, scenario.dof), traces.duration_s
         self._packets = packets_of(traces, scenario)
+        self._rows = self._made_rows(snapshot_s)
         self._apart = {user.name: apart(traces, user) for user in traces.users}
         self._write_lags(live=traces.live)
         self._clock, self._period_s = clock, snapshot_s
         there = [  # every user's handle has a place
             np.isfinite(self._rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
             for user in traces.users
-            if user.name in self._names
         ]
         self._start_s = float(self._rows[int(np.logical_and.reduce(there).argmax()), 1])
         self._time_s, self._at_s = self._start_s, clock()
         self._ratio, self._paused = 1.0, True
         self._shown, self._seq = -1, 0  # row shown last; number of it
+
+    def _made_rows(self, period_s: float) -> Array:
+        """Return the rows of the session, the balances as the report judges them."""
+        traces, layout, packets = self._traces, self.layout, self._packets
+        times = np.arange(0.0, traces.duration_s + 0.5 * period_s, period_s)
+        links = [packets[packets[:, 0] == k, 2:4] for k in range(2 * len(layout.users))]
+        ticks = [
+            UserTicks(user.name, user.time_s, user.f_applied, user.lateness_s)
+            for user in traces.users
+        ]
+        sources = (
+            Source(time_s, [(layout.slices[column], values)], *within_s)
+            for column, time_s, values, *within_s in self._samples()
+            if column in layout.slices  # a server may have had other users
+        )
+        rows = rows_of(times, layout, sources, ticks, links)
+        rows[:, 0] = np.arange(1, len(times) + 1)
+        return rows
+
+    def _samples(self) -> Iterator[tuple[Any, ...]]:
+        """Yield columns with their samples as a :class:`Source` has them."""
+        if (server := self._traces.server) is not None:
+            for name in OBJECT:
+                yield f"object.{name}", server.time_s, getattr(server, name)
+            for index, user in enumerate(server.users):
+                for name in (*AVATAR, "contact"):
+                    yield f"{user}.{name}", server.time_s, getattr(server, name)[index]
+                yield f"{user}.presence", server.time_s, server.state[index]
+        for one in self._traces.users:
+            for name in SIGNALS:
+                yield f"{one.name}.{name}", one.time_s, getattr(one, name)
+            yield f"{one.name}.state", one.block_time_s, one.state
+        for energy in user_energies(self._traces, self._scenario):
+            for way, balance in (("up", energy.up), ("down", energy.down), ("hand", energy.joint)):
+                if balance is not None:
+                    least = np.minimum(np.minimum.accumulate(balance.balance_j), 0.0)
+                    amounts = balance.energy_in_j, balance.energy_out_j, least
+                    for name, values in zip(("in", "out", "min"), amounts, strict=True):
+                        yield f"{energy.name}.energy_{way}_{name}", balance.time_s, values, np.inf
+        for user, targets in self._traces.targets.items():
+            places = targets.position[:, : self.layout.dof]
+            yield f"{user}.target", targets.time_s, places, np.inf
+            yield f"{user}.held", targets.time_s, np.isfinite(places[:, 0]), np.inf
 
     def _write_lags(self, *, live: bool) -> None:
         """Write lags and impedances as far as they stayed what they were: under load the distance
@@ -78,17 +117,14 @@ class RecordedSession(Session):
             known = self._rows[:, 1] < until_s
             self._rows[known, self.layout.slices[name]] = np.nan if value is None else value
         for user, away in self._apart.items():
-            if away is not None and f"{user}.lag" in self.layout.slices:
+            if away is not None:
                 at = np.searchsorted(away.time_s, self._rows[:, 1] + 1e-9) - 1
                 kept = np.linalg.norm(away.kept[at], axis=-1) > LEAST_M
                 self._rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
-        found = description.describe(
-            self._scenario, mode="recorded", duration_s=self._traces.duration_s,
-            values=controls.values_of(self._scenario), remote=[],
-        )  # fmt: skip
+        found = super().description()
         return {**found, "events": self._summary["events"], "start_s": self._start_s}
 
     def poll(self) -> Sequence[Snapshot]:
@@ -136,7 +172,7 @@ class RecordedSession(Session):
         return {
             "verdict": f"The whole session: {sentence}",
             "level": level,
-            "users": {user: self._state(user, index) for user in self._names},
+            "users": {user: self._state(user, index) for user in self.layout.users},
             "notices": [line["text"] for line in lines if line["text"] != sentence],
         }
 
@@ -177,60 +213,17 @@ class RecordedSession(Session):
         return Handled(True, f"{ratio:g} times the speed")
 
 
-ROWS, PACKETS = 4000, 40_000  # at most; of longer sessions fewer a second
-POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' data:; "
-    "style-src 'unsafe-inline'; img-src data:"
-)
-
-
-def replay_page(
-    traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any]
-) -> str | None:
-    """Return the page of a recorded session; None if nothing of its users was recorded.
-    ``summary`` has its verdicts, as in ``summary.json``.
-    """
-    period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
-    try:
-        session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)
-    except RecordingError:
-        return None
-    session.can = frozenset({"pause", "seek", "speed"})  # what the page does itself
-    rows, packets, texts = session.whole()
-    arrived = np.isfinite(packets[:, 3])  # all that were lost are kept
-    kept = ~arrived | (np.cumsum(arrived) % (len(packets) // PACKETS + 1) == 0)
-    content = {
-        "declared": session.message(holders={}, snapshot_s=period_s),
-        "texts": texts,
-        "rows": _packed(rows),
-        "packets": _packed(packets[kept]),
-    }
-    return _page(json.dumps(content, allow_nan=False).replace("<", "\\u003c"))
-
-
-def _packed(values: Array) -> str:
-    return base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode("ascii")
-
-
-def _page(content: str) -> str:
-    """Return the page with style, scripts and session in it."""
-    text = (PAGE / "index.html").read_text("utf-8")
-    icon = _address((PAGE / "icon.svg").read_bytes(), "image/svg+xml")
-    modules = {}
-    for file in PAGE.glob("*.js"):
-        module = re.sub(r'from "\./', 'from "page/', file.read_text("utf-8"))
-        modules[f"page/{file.name}"] = _address(module.encode(), "text/javascript")
-    style = (PAGE / "page.css").read_text("utf-8")
-    text = re.sub(r'  <link rel="(modulepreload|stylesheet)".*\n', "", text)
-    text = text.replace('href="icon.svg"', f'href="{icon}"')
-    head = f"""  <meta http-equiv="Content-Security-Policy" content="{POLICY}">
-  <style>{style}</style>
-  <script type="importmap">{json.dumps({"imports": modules})}</script>
-  <script type="application/json" id="recording">{content}</script>
-  <script type="module">import "page/main.js";</script>
-"""
-    return text.replace('  <script type="module" src="main.js"></script>\n', head)
-
-
-def _address(content: bytes, kind: str) -> str:
-    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+def packets_of(traces: SessionTraces, scenario: Scenario) -> Array:
+    """Return all packets of a session in the order of their sending, ``(packets, 5)``."""
+    zeros = traces.metadata.get("fate_zero_ns", {})
+    found = [NO_PACKETS]
+    for index, user in enumerate(scenario.users):
+        for way, name in enumerate(("up", "down")):
+            if (fates := traces.fates.get(f"{user.name}/{name}")) is None:
+                continue
+            zero_ns, link = zeros.get(fates.link, 0), np.full(len(fates.number), 2 * index + way)
+            in_s, out_s = ((t - zero_ns) * 1e-9 for t in (fates.time_in_ns, fates.time_out_ns))
+            arrived_s = np.where(fates.time_out_ns > 0, out_s, np.nan)
+            found.append(np.column_stack([link, fates.number, in_s, arrived_s, fates.fate]))
+    every = np.concatenate(found)
+    return np.asarray(every[np.argsort(every[:, 2], kind="stable")])
