@@ -16,24 +16,19 @@ import pytest
 from support.own_judgement import own_judgement, stepped, wrong_words
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.scenarios import find, read
 from pmwvc_bringup.session.terminal import verdict_lines
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_view.description import lags
-from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.verdict import verdict
-from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.simulated import Simulation
+from pmwvc_view.simulated import SimulatedSession
 
 DRAWN = int(os.environ.get("PMWVC_CAMPAIGN", "0"))
 FIRST = int(os.environ.get("PMWVC_CAMPAIGN_FROM", "1000"))
 SEEDS = range(FIRST, FIRST + DRAWN) if DRAWN else range(25)
+SNAPSHOT_S = 0.016
 PAGE_EVERY = 1 if DRAWN else 5  # sessions of which the page is looked at
-SNAPSHOT_TICKS = 16
 OPERATORS = ("hand", "hand", "constant", "sinusoid", "chirp", "force", "motion", "motion", "none")
 SCENARIOS = (
     "carry_16ms", "carry_16ms", "wall", "wall", "cube_3d", "active_wall", "wall_slow",
@@ -164,19 +159,14 @@ def report_of(traces, scenario, found, energies):
 
 def page_of(scenario):
     """Return levels and sentences of a page that shows the session, as they followed."""
-    names = [user.name for user in scenario.users]
-    layout = Layout(names, scenario.dof)
-    feed = Feed(layout, names, period_ns=16_000_000, scenario=scenario)
-    simulation, said = Simulation(scenario, feed, epoch=1), []
-    storage_j = {user.name: sum(declared(scenario, user)) for user in scenario.users}
-    for tick in range(SNAPSHOT_TICKS, round(scenario.duration_s * 1000) + 1, SNAPSHOT_TICKS):
-        simulation.run(tick)
-        feed.others = dict(lags(scenario, live=False))
-        feed.rows(tick * 1_000_000)
-        if tick % (8 * SNAPSHOT_TICKS) == 0:
-            feed.window.judge(scenario, live=False)
-            told = verdict(feed, names, storage_j=storage_j, exact_hands=names, notices=[])
-            said.append((told["level"], told["verdict"]))
+    now_s = [0.0]
+    page, said = SimulatedSession(scenario, snapshot_s=SNAPSHOT_S, clock=lambda: now_s[0]), []
+    while now_s[0] < scenario.duration_s:
+        now_s[0] += SNAPSHOT_S
+        page.poll()
+        told = page.news()["text"]
+        said.append((told["level"], told["verdict"]))
+    page.close()
     return said
 
 
