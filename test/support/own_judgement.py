@@ -23,6 +23,7 @@ DIES = 0.03  # of the kick, at the end
 GROWN = 300.0  # times the kick, and a tenth of the motion
 SEVERAL = 4.0  # times what can have been stored
 LEAST_J = 0.01  # given by a loop that drives a motion
+BLOWN_J = 0.1  # more than the steps of a sampled contact make in passing
 TURNS = 8  # of a velocity while a loop gives energy: an oscillation and no single blow
 MOVES_M_S = 5e-3
 FAULT = 3  # state of a user whose force was switched off
@@ -107,19 +108,17 @@ def own_judgement(scenario, traces, kick_at=0.4) -> Own:
     held_j = most_j  # a black box may not say how much it holds
     if not scenario.coupling.black_box:
         held_j = min(most_j, float(np.max(server.kinetic + server.potential)))
-    dies_out, grows = _twin(scenario, traces, kick_at)
     return Own(
         finite,
         any((user.state == FAULT).any() for user in users),
         cut,
-        dies_out,
-        grows,
+        *_twin(scenario, traces, kick_at),
         float(rise.max()),
         turned,
         held_j + float(moving) + declared,
         {user.name: _hand_j(user, server, work) for user, work in zip(users, works, strict=True)},
         float(ports_j.min()),
-        float(np.max(server.kinetic)) > 2.0 * most_j + LEAST_J,
+        float(np.max(server.kinetic)) > 2.0 * most_j + BLOWN_J,
     )
 
 
