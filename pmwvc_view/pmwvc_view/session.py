@@ -189,6 +189,7 @@ class RunningSession(Session):
                 exact_hands=self._exact,
                 notices=notices + self._notices.texts(),
                 server=server_words(self._feed.server.worst, scenario),
+                black_box=scenario.coupling.black_box,
             )  # fmt: skip
         known, wanted, preset = self._valued, self.scenario(), self._preset_name()
         if known is None or known[0] is not wanted or known[1] != preset:

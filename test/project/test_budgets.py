@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_165,
+        5_189,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -77,9 +77,9 @@ ROOMS = {
     "figures and reports": Room(
         2_712, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_034, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(4_039, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_186, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_558, 3_000, ("pmwvc_view",)),
+    "page": Room(3_564, 3_000, ("pmwvc_view",)),
 }
 
 

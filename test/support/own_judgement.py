@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.scenario.changes import over_time
+from pmwvc_core.scenario.names import over_time
 from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.simulation.virtual_time import NEVER_NS
 
@@ -64,18 +64,18 @@ def stepped(scenario, kick_s=None):
     due = [(round(change.time_s * 1e9), new) for change, new in over_time(scenario)]
     due += [] if kick_s is None else [(round(kick_s * 1e9), None)]
     for at_ns, new in sorted(due, key=lambda each: each[0]):
-        session.time.run(min(at_ns, end_ns))
+        session.advance(min(at_ns, end_ns))
         if new is not None:
-            session.time.change(new)
+            session.change(new)
             continue
-        for number, user in enumerate(session.time.users):
+        for number, user in enumerate(session.users):
             state, kick = user.device.s, KICK_M_S / (1.0 + number)
             moved = {
                 name: tuple(v + kick for v in getattr(state, name)) for name in ("xd", "read_xd")
             }
             user.device.s = state._replace(**moved)
-    session.time.run(end_ns)
-    session.time.run(NEVER_NS)
+    session.advance(end_ns)
+    session.advance(NEVER_NS)
     for user in session.users:
         user.up.drain(end_ns)
         user.down.drain(end_ns)

@@ -74,10 +74,12 @@ def test_a_number_that_is_none_has_diverged():
 
 
 @pytest.mark.parametrize(("position_m", "stable"), [(0.19, True), (0.31, False)])
-def test_leaving_the_workspace_has_diverged(position_m, stable):
-    traces = session()
-    traces.users[1].x_m[-100:] = position_m
-    assert (judged(traces, operator__kind="hand") is None) is stable
+def test_leaving_the_workspace_has_diverged_unless_the_loop_is_passive(position_m, stable):
+    for gain in (1.2, 1.0):
+        traces = session(gain=gain)
+        traces.users[1].x_m[-100:] = position_m
+        found = verdict(traces, handmade.scenario(operator__kind="hand"))
+        assert found.stable is (True if stable else None if gain == 1.0 else False), found.why
 
 
 def test_an_object_drifting_evenly_is_stable():

@@ -26,22 +26,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events import limits
 from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.arrivals import waited
-from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import UNKNOWN, drive, kept_driven
 from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
-from pmwvc_core.controllers.library import has_waves
+from pmwvc_analysis.verdicts.outside import outside_of, passive, too_long
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_core.wave.impedance import largest_wave
 
 LIMITED, SUSTAINED = "limited by safety", "sustained oscillation"
 
@@ -73,12 +70,14 @@ def verdict(traces: SessionTraces, scenario: Scenario | None, *, since_s: float 
 def _judged(
     traces: SessionTraces, scenario: Scenario | None, strengths: list[tuple[Strength, Motion]]
 ) -> Judgement:
-    outside, left_s = _outside(traces, scenario)
+    outside, left_s = outside_of(traces, scenario)
     until = drive(traces, scenario, 0.0, left_s) if left_s > 0.0 else UNKNOWN
     if until.thrown and not _expected(traces, scenario)[0] > th.GROWS_PER_S:
         did = "the hands did" if until.given_j else "it is not known who did"
         return _unknown(f"{outside}; {did} the work of it")
-    if outside := outside or _beyond(traces, scenario):
+    if left_s > 0.0 and passive(traces, scenario):
+        return _unknown(f"{outside}, and every port is passive: the loop did not make the energy")
+    if outside := outside or too_long(traces, scenario):
         return False, "diverged", outside
     lasting = [(found, motion) for found, motion in strengths if lasts(found, motion)]
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
@@ -91,9 +90,7 @@ def _judged(
         if found.late_m_s > th.GROWN_M_S and found.growth >= th.GROWN:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             model = _expected(traces, scenario)[1]
-            energies = user_energies(traces, scenario)
-            passive = energies and all(each.passive is True for each in energies)
-            kind = SUSTAINED if passive else "diverged"  # what a passive loop holds is bounded
+            kind = SUSTAINED if passive(traces, scenario) else "diverged"
             return False, kind, "; ".join([why, model] if model else [why])
     if took_over := limits.taken_over(traces, scenario):
         return False, LIMITED, took_over
@@ -199,52 +196,3 @@ def _quiet_words(found: list[Strength]) -> str:
     if any(each.late_m_s > th.OSCILLATION_M_S and not each.remains for each in found):
         return f"{text} decays"
     return f"{text} is no more than counts of an encoder or sampling make of a slower one"
-
-
-def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
-    """Return whose waves are longer than any that a receiver takes, in words; else empty."""
-    if scenario is None or not has_waves(scenario.controller):
-        return ""
-    longest: dict[str, float] = {}
-    for stage in stages(traces, scenario):
-        for known in stage.scenario.users:
-            ends = (known.impedance, known.server_impedance)
-            own = (largest_wave(b, waves=True) for b in ends)
-            longest[known.name] = max(longest.get(known.name, 0.0), *own)
-    sent = [(user.name, "master", user.u_m, user.time_s) for user in traces.users]
-    if (server := traces.server) is not None:
-        rows = zip(server.users, server.v_s, strict=True)
-        sent += [(name, "server port", v, server.time_s) for name, v in rows]
-    for name, end, wave, time_s in sent:
-        most = longest.get(name, np.inf)
-        far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > most)
-        if len(far):
-            since = f"which receivers reject, from {time_s[far[0]]:.2f} s on"
-            return f"{name}'s {end} sent waves beyond {most:.3g} sqrt(W), {since}"
-    return ""
-
-
-def _outside(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, float]:
-    """Return what is not finite or far outside the workspace, in words, and since when [s]; empty
-    when nothing is.
-    """
-    known = scenario.users if scenario else ()
-    workspace = max((u.device.workspace_m for u in known), default=th.DEFAULT_WORKSPACE_M)
-    positions = [(f"{user.name}'s device", user.x_m, user.time_s) for user in traces.users]
-    if (server := traces.server) is not None:
-        touched = np.any([touching(server, i) for i in range(len(server.users))], axis=0)
-        latest_s = np.maximum.accumulate(np.where(touched, server.time_s, -np.inf))
-        held = ~(server.time_s - latest_s >= th.SETTLE_S)  # else it coasts
-        held |= ~np.isfinite(server.x_o).all(axis=-1)
-        positions.append(("the object", server.x_o[held], server.time_s[held]))
-        for name, x_s, state in zip(server.users, server.x_s, server.state, strict=True):
-            present = state > 0
-            positions.append((f"{name}'s avatar", x_s[present], server.time_s[present]))
-    for name, x, time_s in positions:
-        if not np.isfinite(x).all():
-            return f"{name}: a position is not a number", 0.0
-        far = np.flatnonzero(np.abs(x).max(axis=-1, initial=0.0) > th.WORKSPACES * workspace)
-        if len(far):
-            space = f"the workspace (+-{workspace * 1e3:.0f} mm)"
-            return f"{name} left {space} at {time_s[far[0]]:.2f} s", float(time_s[far[0]])
-    return "", 0.0

@@ -132,15 +132,19 @@ GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
 def verdict(
     users: Mapping[str, FeedUser], judge: Judge, *, storage_j: Mapping[str, float],
     exact_hands: Sequence[str], notices: Sequence[str], server: Sequence[str] = (),
+    black_box: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the text message: verdict, level, users, notices, which are what people should know
     beside the verdict. ``storage_j``: energy that a user's controller was declared to hold at the
     start [J]. ``exact_hands``: users whose device counts its true motion, as a simulated one does
     whatever its encoder shows; their account from hand to object is judged. ``server``: what is
-    wrong with its account.
+    wrong with its account. ``black_box``: the environment is one, of which its port may withhold
+    what the page does not see.
     """
     active = [*_active(users, storage_j, exact_hands), *server]
     level, sentence = _judged(users, judge, storage_j, exact_hands, active)
+    if black_box and level == GOOD:
+        level, sentence = UNKNOWN, f"{sentence} What its port withholds is judged by the report."
     states, earlier = {}, []
     for name, user in users.items():
         word = "no data" if user.state is None else WORDS[user.state]
@@ -157,11 +161,12 @@ def _judged(
     exact: Sequence[str], active: Sequence[str],
 ) -> tuple[str, str]:  # fmt: skip
     faults = [f"{name}: {u.reason}" for name, u in users.items() if u.state == SafetyState.FAULT]
+    passive = [f"Not passive: {'; '.join(active)}"] if active else []
     if faults:
-        return BAD, f"Force switched off: {'; '.join(faults)}."
+        off = f"Force switched off: {'; '.join(faults)}"
+        return BAD, f"{'. '.join([off, *passive])}."
     if active or judge.why:
         unstable = [f"Not stable, {judge.why}"] if judge.why else []
-        passive = [f"Not passive: {'; '.join(active)}"] if active else []
         return BAD, f"{'. '.join(unstable + passive)}."
     waiting = [
         f"{name} {_waits(u)}" for name, u in users.items() if u.state != SafetyState.COUPLED
