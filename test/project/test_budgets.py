@@ -79,7 +79,7 @@ ROOMS = {
     ),
     "command line": Room(4_039, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_186, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_564, 3_000, ("pmwvc_view",)),
+    "page": Room(3_563, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Sums
@@ -81,18 +82,19 @@ class At(NamedTuple):
     """The energies of a user's blocks at some instants, with those at its port of the server."""
 
     blocks: BlockSums
-    times_s: Array
+    had_ended: NDArray[np.intp]  # so many blocks at each instant
+    had_sent: NDArray[np.intp]  # so many whose packets had left
     u_s: Array
     v_s: Array
 
     def ended(self, sums: Array) -> Array:
         """Return what the blocks had that had ended."""
-        return up_to(sums, self.blocks.ended(self.times_s))
+        return up_to(sums, self.had_ended)
 
     def sent(self, sums: Array | None = None) -> Array:
         """Return the energy of the packets that had been sent, or what pays for them."""
         sums = self.blocks.user.energy["u_tx"] if sums is None else sums
-        return up_to(sums, self.blocks.sent(self.times_s))
+        return up_to(sums, self.had_sent)
 
     def own(self) -> Sums:
         """Return the accounts kept by what stands around the port."""

@@ -75,7 +75,8 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     for user in users:
         own, kept = known[user.name], BlockSums(user, traces.live)
         device, unknown = blocks.device(kept, own.device)
-        at = blocks.At(kept, time_s, *(energy[rows] for energy in at_server[user.name]))
+        ends = (energy[rows] for energy in at_server[user.name])
+        at = blocks.At(kept, kept.ended(time_s), kept.sent(time_s), *ends)
         channel = blocks.channel(at, own, scenario)
         residual = np.asarray(device.residual + channel.port.residual)
         of_device: dict[str, Value] = {

@@ -175,10 +175,10 @@ def _of_user(
     return UserEnergy(user.name, up, down, joint, stays)
 
 
-def port_sums(server: ServerTraces) -> tuple[Array, Array]:
-    """Return what the server took in at the ports of all users, and what it gave, at its steps."""
+def server_sums(server: ServerTraces) -> tuple[Array, Array, Array]:
+    """Return what the server took in at all ports, gave there, and holds or turned to heat."""
     u_s, v_s = (sum_of(map(running, e)) for e in (server.energy_u_s, server.energy_v_s))
-    return u_s, v_s
+    return u_s, v_s, server.kinetic + server.potential + server.dissipated
 
 
 def declared(scenario: Scenario, user: User) -> Declared:

@@ -12,6 +12,7 @@ the hyperperiod, whatever the beginning was, and the model holds for that.
 Equations: docs/theory.md 15.3.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -58,7 +59,7 @@ Went = tuple[dict[Slot, Packet], tuple[Vector, ...]]
 Form = Callable[[Any], Any]  # a law in the form that it is called in
 
 
-class End:
+class End(ABC):
     """One end of several runs, brought to rest up to tick 0.
 
     ``s`` and ``p`` are state and parameters, numbers that differ ``(runs,)``; ``ways`` bring
@@ -82,23 +83,22 @@ class End:
         to_rest = -(-steps // self.ticks) * self.ticks
         played = 0
         if paces:  # what was in store before the clocks are set is played
-            whole = 2 * steps + round(store_s / self.tick_s)
-            played = -(-whole // self.ticks) * self.ticks
+            played = -(-(2 * steps + round(store_s / self.tick_s)) // self.ticks) * self.ticks
         self.start = -to_rest - played
         for tick in range(self.start, 0):
             if paces and tick == -played:
                 self.set_paces(paces, store_s + self.tick_s)
             self.step(tick, {}, self.nothing[0], _as_it_is if self.runs == 1 else lifted)
 
+    @abstractmethod
     def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
         """Go one tick on with signals of packets that come in, zeros where none are given, and a
         hand's force; return packets sent, and x, xd and f of a device.
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def set_paces(self, paces: Sequence[Pace], store_s: float) -> None:
         """Set the clocks of the playouts, with so much of zeros in store."""
-        raise NotImplementedError
 
     def followed(self, s: Any) -> Any:
         """Return a state with what follows from other numbers of it."""

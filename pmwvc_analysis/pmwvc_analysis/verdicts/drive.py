@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.energy import port_sums, user_energies
+from pmwvc_analysis.budget.energy import server_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
 from pmwvc_core.numeric import Array
@@ -138,8 +138,7 @@ def drive(
     )
     behind_j = 0.0
     if server is not None:  # what it holds and turned to heat beyond what came in at its ports
-        taken, given = port_sums(server)
-        holds = server.kinetic + server.potential + server.dissipated
+        taken, given, holds = server_sums(server)
         behind_j = made_j(server.time_s, taken - given - holds)
     return found._replace(made_j=max(hands_j, behind_j))
 
@@ -149,9 +148,11 @@ def is_free(user: User) -> bool:
     return user.operator.is_free or not user.device.is_simulated
 
 
-def kept_driven(traces: SessionTraces, scenario: Scenario | None, moved: Sequence[Motion]) -> str:
+def kept_driven(
+    traces: SessionTraces, scenario: Scenario | None, moved: Sequence[Motion],
+    done: Sequence[LoopWork],
+) -> str:  # fmt: skip
     """Return which motion the loop drove at any time of a session, in words; empty: none."""
-    done = works(traces, scenario)
     for motion in (replace(each, band_hz=th.REST_BAND_HZ) for each in moved if done):
         for start_s, end_s in shaking(motion):
             found = drive(traces, scenario, start_s, end_s, done)

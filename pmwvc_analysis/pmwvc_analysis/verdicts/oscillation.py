@@ -113,10 +113,8 @@ def shaking(motion: Motion) -> list[tuple[float, float]]:
         for run in _long(levels > max(th.OSCILLATION_M_S, motion.noise_m_s)):
             strong_m_s = np.sort(levels[run])[-th.LEAST_WINDOWS]
             for part in _long(levels[run] > th.HALVED * strong_m_s):
-                times = middles[run][part]
-                found.append(
-                    (float(times[0]) - th.WINDOW_S / 2, float(times[-1]) + th.WINDOW_S / 2)
-                )
+                half_s, times = th.WINDOW_S / 2, middles[run][part]
+                found.append((float(times[0]) - half_s, float(times[-1]) + half_s))
     return found
 
 

@@ -5,7 +5,7 @@
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import tolerance
-from pmwvc_analysis.budget.energy import port_sums, user_energies
+from pmwvc_analysis.budget.energy import server_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.stages import stages
@@ -22,8 +22,7 @@ def passive(traces: SessionTraces, scenario: Scenario | None) -> bool:
     energies, server = user_energies(traces, scenario), traces.server
     if server is None or not energies or any(each.passive is not True for each in energies):
         return False
-    taken, given = port_sums(server)
-    holds = server.kinetic + server.potential + server.dissipated
+    taken, given, holds = server_sums(server)
     return bool((taken - given - holds >= -tolerance(taken) - tolerance(holds)).all())
 
 

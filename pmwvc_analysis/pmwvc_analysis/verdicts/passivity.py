@@ -122,7 +122,7 @@ def _of_server(
 ) -> Finding:
     server = traces.server
     assert server is not None
-    taken, given = energy.port_sums(server)
+    taken, given, _ = energy.server_sums(server)
     for start in starts(server):  # what it held died with the one before
         taken[start.row :] -= taken[start.last] - given[start.last]
     allowance_j = server_allowance_j(scenario) if scenario else 0.0

@@ -34,7 +34,7 @@ from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.drive import UNKNOWN, drive, kept_driven
+from pmwvc_analysis.verdicts.drive import UNKNOWN, LoopWork, drive, kept_driven, works
 from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
 from pmwvc_analysis.verdicts.outside import outside_of, passive, too_long
 from pmwvc_core.scenario.scenario import Scenario
@@ -61,17 +61,19 @@ def verdict(traces: SessionTraces, scenario: Scenario | None, *, since_s: float 
     moved = motions(traces, scenario, since_s)
     found = [(strength(motion, traces.duration_s), motion) for motion in moved]
     strongest = max((each.late_m_s for each, _ in found), default=0.0)
-    judgement = _judged(traces, scenario, found)
-    if judgement[0] is not False and (driven := kept_driven(traces, scenario, moved)):
+    done = works(traces, scenario)
+    judgement = _judged(traces, scenario, found, done)
+    if judgement[0] is not False and (driven := kept_driven(traces, scenario, moved, done)):
         judgement = False, SUSTAINED, driven
     return Verdict(*judgement, strongest)
 
 
 def _judged(
-    traces: SessionTraces, scenario: Scenario | None, strengths: list[tuple[Strength, Motion]]
-) -> Judgement:
+    traces: SessionTraces, scenario: Scenario | None, strengths: list[tuple[Strength, Motion]],
+    done: list[LoopWork],
+) -> Judgement:  # fmt: skip
     outside, left_s = outside_of(traces, scenario)
-    until = drive(traces, scenario, 0.0, left_s) if left_s > 0.0 else UNKNOWN
+    until = drive(traces, scenario, 0.0, left_s, done) if left_s > 0.0 else UNKNOWN
     if until.thrown and not _expected(traces, scenario)[0] > th.GROWS_PER_S:
         did = "the hands did" if until.given_j else "it is not known who did"
         return _unknown(f"{outside}; {did} the work of it")
@@ -83,23 +85,23 @@ def _judged(
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
     since_s = max([0.5 * traces.duration_s, *(motion.since_s for _, motion in lasting)])
     shaken = waited(links, since_s, traces.duration_s)
-    by_hands = bool(lasting) and drive(traces, scenario, since_s, traces.duration_s).by_hands
-    shown = shaken <= th.UNEVEN and not by_hands
+    late = drive(traces, scenario, since_s, traces.duration_s, done) if lasting else UNKNOWN
+    shown = shaken <= th.UNEVEN and not late.by_hands
     own = lasting if shown else []
     for found, motion in own:
         if found.late_m_s > th.GROWN_M_S and found.growth >= th.GROWN:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             model = _expected(traces, scenario)[1]
             kind = SUSTAINED if passive(traces, scenario) else "diverged"
-            return False, kind, "; ".join([why, model] if model else [why])
+            return False, kind, "; ".join(filter(None, (why, model)))
     if took_over := limits.taken_over(traces, scenario):
         return False, LIMITED, took_over
     shortened, saturated = limits.often_shortened(traces)
     if shortened and (own or not saturated):
         return False, LIMITED, shortened
     if shortened:
-        late = drive(traces, scenario, 0.5 * traces.duration_s, traces.duration_s)
-        gave = late.share > th.DRIVES
+        half = drive(traces, scenario, 0.5 * traces.duration_s, traces.duration_s, done)
+        gave = half.share > th.DRIVES
         whose = "the loop gave energy" if gave else "a hand may have pushed harder"
         nothing = f"nothing oscillates beyond the voluntary band: {whose}"
         return _unknown(f"{shortened}, to the largest that is allowed; {nothing}")
@@ -108,7 +110,7 @@ def _judged(
     explained = ""
     if lasting:
         found, motion = min(own or lasting, key=lambda pair: pair[0].fades)
-        if own or not by_hands:
+        if own or not late.by_hands:
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
         moves = f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s"
@@ -120,15 +122,12 @@ def _judged(
         return _unknown(f"{length_s:.2g} s are too short to judge, {th.SHORTEST_S:g} s at least")
     if unknown := ", ".join(motion.name for found, motion in strengths if not found.known):
         loops = [(user.name, sum(s.lasted_s for s in stood_still(user))) for user in traces.users]
-        still = [
-            f"; the loop of {name} stood still for {for_s:.2f} s" for name, for_s in loops if for_s
-        ]
+        still = [f"; the loop of {who} stood still for {t_s:.2f} s" for who, t_s in loops if t_s]
         return _unknown(f"too little of the motion of {unknown} is known{''.join(still)}")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
-    if traces.users and not any(
-        np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in traces.users
-    ):
+    moved = (np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in traces.users)
+    if traces.users and not any(moved):
         return _unknown(f"no device moved faster than {th.OSCILLATION_M_S * 1e3:g} mm/s")
     return True, None, explained or _quiet_words([found for found, _ in strengths])
 
@@ -172,7 +171,7 @@ def _of_lasting(
             f"s, and {model}: only a longer session can show whether it is kept up"
         )
     why = f"{motion.name} keeps oscillating with {speed}"
-    return False, SUSTAINED, "; ".join([why, model] if model else [why])
+    return False, SUSTAINED, "; ".join(filter(None, (why, model)))
 
 
 def _expected(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:

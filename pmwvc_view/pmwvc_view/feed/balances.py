@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
+from pmwvc_analysis.budget.criterion import tolerance
+from pmwvc_analysis.traces.thresholds import TOLERANCE_J
 from pmwvc_core.controllers.accounts import NODE, OF_STRICT, RELEASED
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed.tape import NewestRows
@@ -47,11 +48,16 @@ class Worst(NamedTuple):
     balance_j: float = 0.0
     time_s: float = 0.0
 
+    def or_lower(self, balance_j: Array, came_j: Array, times_s: Array) -> "Worst":
+        """Return the worst of this and of balances in which so much came in, each ``(rows,)``."""
+        margin = balance_j + tolerance(came_j)
+        row = int(margin.argmin())  # not a number: never below
+        found = Worst(*map(float, (margin[row], balance_j[row], times_s[row])))
+        return found if found.margin_j < self.margin_j else self
+
 
 class ServerBalance:
-    """What the server and its environment took in at the ports of all users less what they gave,
-    as far as all counters are in their first life; ``worst`` of it.
-    """
+    """What the server took in at all ports less what it gave, until a counter begins anew."""
 
     def __init__(self) -> None:
         self.worst = Worst()
@@ -66,11 +72,8 @@ class ServerBalance:
         if not new.any():
             return
         times_s, (took, gave) = ran_s[new], sums[new].sum(axis=2).T
-        self._until_s, balance = float(times_s[-1]), took - gave
-        margin = balance + TOLERANCE_J + TOLERANCE_RELATIVE * np.abs(took)
-        row = int(margin.argmin())
-        if margin[row] < self.worst.margin_j:
-            self.worst = Worst(*map(float, (margin[row], balance[row], times_s[row])))
+        self._until_s = float(times_s[-1])
+        self.worst = self.worst.or_lower(took - gave, took, times_s)
 
 
 class Balances:
@@ -130,12 +133,8 @@ class Balances:
         if self.judged:
             least = np.fmin(np.fmin.accumulate(balance), self._least)
             self._least = least[-1]
-            margin = balance + TOLERANCE_J + TOLERANCE_RELATIVE * np.abs(came)
             for way, name in enumerate(WAYS):
-                row = int(margin[:, way].argmin())  # not a number: never below
-                if margin[row, way] < self.worst[name].margin_j:
-                    found = margin[row, way], balance[row, way], ran_s[row]
-                    self.worst[name] = Worst(*map(float, found))
+                self.worst[name] = self.worst[name].or_lower(balance[:, way], came[:, way], ran_s)
         else:
             least = self._least
         table, unknown = np.empty((len(sums), 1 + 3 * len(WAYS))), balance - balance
