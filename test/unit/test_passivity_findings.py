@@ -19,7 +19,7 @@ from pmwvc_analysis.verdicts.passivity import (
     Passivity,
     amount,
     budget_lines,
-    components,
+    component,
     passivity,
     verdict,
 )
@@ -113,7 +113,7 @@ def test_a_component_that_generated_energy_tells_whether_the_ports_show_it(
     port_j, storage_j, said
 ):
     part = dataclasses.replace(one(-29.6e-6), part="sample_hold", decides=False, moved_j=0.159)
-    text = components(Passivity((one(port_j, declared_j=storage_j), part)))[0]
+    text = component(part, Passivity((one(port_j, declared_j=storage_j), part)))
     assert "user1: sampling and holding at the device generated 29.6 µJ (0.02 % of 159 mJ" in text
     assert text.endswith(said or "tolerance 1 µJ")
     assert ("covered" in text) is bool(said)

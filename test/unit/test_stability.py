@@ -12,8 +12,9 @@ from scipy import signal
 from support import handmade
 from support.handmade import oscillating, session
 
+from pmwvc_analysis.traces.sums import beyond
 from pmwvc_analysis.traces.thresholds import OSCILLATION_M_S
-from pmwvc_analysis.verdicts.oscillation import beyond, motions, strength
+from pmwvc_analysis.verdicts.oscillation import motions, strength
 from pmwvc_analysis.verdicts.stability import verdict
 
 

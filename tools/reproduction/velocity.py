@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.linearize import build, spectral_radius
-from pmwvc_analysis.traces.sums import rms
-from pmwvc_analysis.verdicts.oscillation import beyond
+from pmwvc_analysis.traces.sums import beyond, rms
 from pmwvc_core.simulation.session import simulate_one
 from reproduction.conditions import radii_over_delay
 from reproduction.figure import Values

@@ -97,6 +97,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
         parts[user.name] = {**of_blocks, **channel.parts}
         left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]
+    counted = [user.name for user in users if behind_counts(known[user.name], scenario)]
     return Budget(
         time_s,
         hands,
@@ -105,11 +106,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         frozenset(tanks),
         notes_on(users, known, server, left_over),
         {user.name: declared(scenario, known[user.name]) for user in users},
-        {
-            user.name: counts_j(traces, scenario, user.name)
-            for user in users
-            if behind_counts(known[user.name], scenario)
-        },
+        {name: counts_j(traces, scenario, name) for name in counted},
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )

@@ -87,18 +87,10 @@ def tolerance(moved_j: Array) -> Array:
 
 
 def judge(
-    owner: str,
-    part: str,
-    time_s: Array,
-    balance_j: Array,
-    *,
-    tolerance_j: Array,
-    moved_j: float,
-    decides: bool,
-    declared_j: float = 0.0,
-    counts_j: float = 0.0,
+    owner: str, part: str, time_s: Array, balance_j: Array, *, tolerance_j: Array, moved_j: float,
+    decides: bool, declared_j: float = 0.0, counts_j: float = 0.0,
     unjudged: Sequence[Unjudged] = (),
-) -> Finding:
+) -> Finding:  # fmt: skip
     """Judge one balance from the instants at which it is known, ``(row,)``. ``counts_j`` is the
     bound of what counts of an encoder make of it [J], ``unjudged`` are times in which it may have
     been below the limit without a record of it.

@@ -28,12 +28,8 @@ MOST = 20  # events of one kind; more are reported as one
 
 def event(time_s: float | None, who: str, kind: str, what: str) -> Event:
     """Return an event; kinds: docs/file_format.md."""
-    return {
-        "time_s": None if time_s is None else round(float(time_s), 6),
-        "who": who,
-        "kind": kind,
-        "what": what,
-    }
+    at_s = None if time_s is None else round(float(time_s), 6)
+    return {"time_s": at_s, "who": who, "kind": kind, "what": what}
 
 
 def of_master(user: UserTraces) -> Iterator[Event]:
@@ -94,8 +90,7 @@ def unbraked(user: UserTraces) -> Flags:
     """Tell in which ticks a coupled device was to have the controller's force and no more: where
     it brakes it has more, which no limit made.
     """
-    block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
-    block = np.minimum(block, len(user.state) - 1)
+    block = holes.block_of_ticks(user)
     whole = (user.state == COUPLED) & ~brakes(user)
     return np.asarray(whole[block] & whole[np.maximum(block - 1, 0)])
 

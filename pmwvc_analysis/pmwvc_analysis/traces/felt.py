@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a hand feels and does: changes and lack of its force, and the band in which it moves.
+"""What a hand feels and does: steps, buzz and lack of its force, and the band in which it moves.
 
-A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N``; what
+A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N``; *buzz*
+is the RMS of the applied force above ``BUZZ_HZ`` while the master is coupled, by a high pass
+without phase (:func:`.sums.beyond`): images of purposeful motion are what it counts. Of both, what
 an impact makes within ``IMPACT_S`` is left out. The *undisturbed force* is the median while the
 master is coupled and the avatar touches, of a hand that means to hold a force, from ``BLOW_N`` on.
 
@@ -18,13 +20,14 @@ environment is not known: its motion counts as the loop's.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.traces.holes import gaps
-from pmwvc_analysis.traces.sums import begins
+from pmwvc_analysis.traces.holes import block_of_ticks, gaps
+from pmwvc_analysis.traces.sums import HIGHEST, begins, beyond, rms, spans
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
@@ -34,10 +37,11 @@ from pmwvc_core.params import OperatorParams
 from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.words import count
 
 
 class Felt(NamedTuple):
-    """The steps and dropouts of a user's force; None: not defined."""
+    """The steps, dropouts and buzz of a user's force; None: not defined."""
 
     force_step_max_n: float  # largest step, and when
     force_step_max_s: float
@@ -46,6 +50,7 @@ class Felt(NamedTuple):
     force_least_n: float | None  # since the undisturbed force was first felt
     dropout_s: float | None  # time since then below half of the undisturbed force
     coupled_ratio: float  # of its time
+    buzz_n: float | None  # None: never coupled for a quarter of a second without an impact
     disturbed_s: float | None = None  # None without a scenario
 
 
@@ -55,26 +60,29 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     server = traces.server
     if server is not None and (user.name not in server.users or not len(server.time_s)):
         server = None
-    steps, together = _steps(user), np.zeros(len(user.time_s), dtype=bool)
+    broken = np.zeros(len(user.time_s), dtype=bool)  # no tick on record before
+    broken[gaps(user) + 1] = True
+    broken[1:] |= np.diff(user.tick) < 0
+    coupled = user.state[block_of_ticks(user)] == SafetyState.COUPLED
+    impact, together = np.zeros((2, len(user.time_s)), dtype=bool)
     if server is not None:
         index = server.users.index(user.name)
         touches = touching(server, index)
         made_s = server.time_s[begins(touches)]
         latest = np.searchsorted(made_s, user.time_s, side="right") - 1
         impact = (latest >= 0) & (user.time_s < np.append(made_s, 0.0)[latest] + th.IMPACT_S)
-        steps[impact] = 0.0
-        block = np.searchsorted(user.block_ends, np.arange(len(user.time_s)), side="right")
-        master = user.state[np.minimum(block, len(user.state) - 1)] == SafetyState.COUPLED
         row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
         avatar = server.state[index][row] == Presence.COUPLED
-        together = np.asarray(master & avatar & (row >= 0))
+        together = np.asarray(coupled & avatar & (row >= 0))
     lasted_s = np.append(np.diff(user.time_s), user.tick_s)  # as far as that is on record
-    lasted_s[gaps(user)] = user.tick_s
-    lasted_s[:-1][np.diff(user.tick) < 0] = user.tick_s
+    lasted_s[:-1][broken[1:]] = user.tick_s
+    steps = np.where(impact, 0.0, _steps(user, broken))
     worst = int(np.argmax(steps))
-    largest_n, largest_s = float(steps[worst]), float(user.time_s[worst])
-    blows, ratio = int(begins(steps > th.BLOW_N).sum()), lasted_s[together].sum() / lasted_s.sum()
-    found = Felt(largest_n, largest_s, blows, None, None, None, float(ratio))
+    found = Felt(
+        float(steps[worst]), float(user.time_s[worst]), int(begins(steps > th.BLOW_N).sum()),
+        None, None, None, float(lasted_s[together].sum() / lasted_s.sum()),
+        _buzz_n(user, coupled & ~impact & ~broken),
+    )  # fmt: skip
     if scenario is None or known is None:
         return found
     away = _taken_away(traces, user, scenario, known)
@@ -140,6 +148,11 @@ def _taken_away(traces: SessionTraces, user: UserTraces, scenario: Scenario, kno
 def _stood_still(traces: SessionTraces, scenario: Scenario) -> list[tuple[float, float]]:
     """Return from when to when nodes did not run because the scenario asked for it [s]."""
     times_s = [each["time_s"] for each in traces.events if each.get("kind") == "disturbance"]
+    end_s = traces.duration_s
+    runs_s = {user.name: [user.time_s] for user in traces.users}
+    runs_s["server"] = [traces.server.time_s] if traces.server is not None else []
+    up = (traces.packets.get(f"/server/{user.name}/wave_up") for user in traces.users)
+    runs_s["netem"] = [packets.time_s for packets in up if packets is not None]
     found, since_s = [], dict[str, float]()
     for wanted, time_s in zip(disturbances_of(scenario.disturbances), times_s, strict=False):
         if wanted.node == "recorder":
@@ -147,33 +160,45 @@ def _stood_still(traces: SessionTraces, scenario: Scenario) -> list[tuple[float,
         if wanted.action in ("kill", "stop"):
             since_s.setdefault(wanted.node, time_s)
         elif wanted.node in since_s:
-            runs_s = [user.time_s for user in traces.users if user.name == wanted.node]
-            if wanted.node == "server" and traces.server is not None:
-                runs_s = [traces.server.time_s]
-            elif wanted.node == "netem":
-                topics = {f"/server/{user.name}/wave_up" for user in traces.users}
-                runs_s = [traces.packets[topic].time_s for topic in topics & set(traces.packets)]
-            again_s = min(
-                (each[each >= time_s].min(initial=traces.duration_s) for each in runs_s),
-                default=traces.duration_s,
+            again_s = (
+                each[each >= time_s].min(initial=end_s) for each in runs_s.get(wanted.node, ())
             )
-            found.append((since_s.pop(wanted.node), float(again_s)))
-    return found + [(time_s, traces.duration_s) for time_s in since_s.values()]
+            found.append((since_s.pop(wanted.node), float(min(again_s, default=end_s))))
+    return found + [(time_s, end_s) for time_s in since_s.values()]
 
 
-def _steps(user: UserTraces) -> Array:
+def _steps(user: UserTraces, broken: Flags) -> Array:
     """Return by how much the force differs from one up to 1 ms before, for each tick [N]."""
-    force = user.f_applied
-    broken = np.zeros(len(force), dtype=int)
-    broken[gaps(user) + 1] = 1
-    broken[1:] += np.diff(user.tick) < 0
-    piece = np.cumsum(broken)
+    force, piece = user.f_applied, np.cumsum(broken)
     steps = np.zeros(len(force))
     for lag in range(1, max(1, round(th.STEP_S / user.tick_s)) + 1):
         size = np.linalg.norm(force[lag:] - force[:-lag], axis=-1)
         size = np.where((piece[lag:] == piece[:-lag]) & np.isfinite(size), size, 0.0)
         steps[lag:] = np.maximum(steps[lag:], size)
     return steps
+
+
+def _buzz_n(user: UserTraces, counts: Flags) -> float | None:
+    """Return the RMS of the force above ``BUZZ_HZ`` in the ticks that count [N]; each stretch of
+    them is filtered by itself, so that nothing rings into it.
+    """
+    found = spans(counts & np.isfinite(user.f_applied).all(axis=-1))
+    parts = [user.f_applied[s] for s in found if (s.stop - s.start) * user.tick_s >= th.WINDOW_S]
+    fast = [beyond(part, user.tick_s, th.BUZZ_HZ) for part in parts]
+    return rms(np.concatenate(fast)) if fast and th.BUZZ_HZ * user.tick_s < HIGHEST else None
+
+
+def felt_words(found: Mapping[str, Any]) -> str:
+    """Return what a user felt (:class:`Felt`, by name) in words."""
+    parts = [f"steps of force up to {round(found['force_step_max_n'], 4):.2g} N in 1 ms"]
+    if (buzz_n := found["buzz_n"]) is not None:
+        parts.insert(0, f"buzz {round(buzz_n, 4):.2g} N rms above {th.BUZZ_HZ:g} Hz")
+    if found["blows"]:
+        parts[-1] += f" ({count(found['blows'], 'blow')} above {th.BLOW_N:g} N)"
+    if (held_n := found["force_undisturbed_n"]) is not None:
+        missing = f"{1e3 * found['dropout_s']:.0f} ms" if found["dropout_s"] else "never"
+        parts.append(f"{missing} below half of {held_n:.2f} N")
+    return ", ".join(parts)
 
 
 def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:

@@ -177,14 +177,19 @@ def gaps(user: UserTraces) -> NDArray[np.intp]:
     rows = np.flatnonzero(np.diff(user.tick) > 1)
     if len(user.block_number) != len(user.block_time_s):
         return rows
-    block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
-    number = user.block_number[np.minimum(block, len(user.block_number) - 1)]
+    number = user.block_number[block_of_ticks(user)]
     return rows[number[rows + 1] - number[rows] > 1]
 
 
 def skips(user: UserTraces) -> NDArray[np.intp]:
     """Return the rows of ticks behind which the loop itself left ticks out."""
     return np.setdiff1d(np.flatnonzero(np.diff(user.tick) > 1), gaps(user))
+
+
+def block_of_ticks(user: UserTraces) -> NDArray[np.intp]:
+    """Return the row of the block that each tick belongs to; the last one for those behind it."""
+    block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
+    return np.minimum(block, len(user.block_time_s) - 1)
 
 
 class StoodStill(NamedTuple):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Rows of a trace reduced: running sums of energy, numbers of a summary, stretches with a flag
-set, intervals [s]. An unknown number is None, never NaN.
+set, intervals [s], the part above a frequency. An unknown number is None, never NaN.
 """
 
 import math
@@ -9,10 +9,13 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from pmwvc_analysis.traces.thresholds import FINAL_S
 from pmwvc_core.account import continued
 from pmwvc_core.numeric import Array, Flags
+
+HIGHEST = 0.45  # of the rate of a signal: a part above it is not known
 
 
 def running(sums: Array) -> Array:
@@ -102,4 +105,26 @@ def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]
             found[-1] = (found[-1][0], max(found[-1][1], end_s))
         else:
             found.append((start_s, end_s))
+    return found
+
+
+def beyond(values: Array, period_s: float, band_hz: float) -> Array:
+    """Return the part of a signal ``(row, ...)`` above a frequency: a Butterworth high pass of
+    order 4 forwards and backwards, without phase, by its response f^8/(f^8 + band^8).
+
+    The ends are continued by reflection in their last point, so that they do not ring; behind the
+    end as far as makes a length that is transformed fast.
+    """
+    rows = len(values)
+    if band_hz * period_s >= HIGHEST or rows < 30:
+        return np.zeros_like(values)
+    pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
+    before = 2.0 * values[:1] - values[pad:0:-1]
+    fast = next_fast_len(rows + 2 * pad, real=True) - rows - pad
+    after = 2.0 * values[-1:] - values[-2 : -min(fast, rows - 1) - 2 : -1]
+    whole = np.concatenate([before, values, after])
+    ratio = np.fft.rfftfreq(len(whole), period_s) / band_hz
+    passed = ratio**8 / (1.0 + ratio**8)
+    spectrum = rfft(whole, axis=0) * passed.reshape(-1, *[1] * (values.ndim - 1))
+    found: Array = irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
     return found

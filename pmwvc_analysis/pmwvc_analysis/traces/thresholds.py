@@ -40,6 +40,7 @@ SMALLEST_J = 1e-12  # residual that always closes
 # What a hand feels.
 STEP_S = 1e-3  # over which a change of force is felt as one
 BLOW_N = 0.3  # a fifth of a grip of 1.6 N: twice to three times what fingers can tell apart
+BUZZ_HZ = 60.0  # skin feels vibration from here on; hands move and tremble below 10 Hz
 IMPACT_S = 0.5  # the longest way of an impact back to the hand, and its bounces
 TOUCH_N = 0.02  # from which on an avatar without contacts touches
 BACK_S = 1.0  # to be coupled again after what the scenario takes away

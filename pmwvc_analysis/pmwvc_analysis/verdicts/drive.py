@@ -18,7 +18,8 @@ import numpy as np
 
 from pmwvc_analysis.budget.energy import server_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.verdicts.oscillation import Motion, beyond, shaking
+from pmwvc_analysis.traces.sums import beyond
+from pmwvc_analysis.verdicts.oscillation import Motion, shaking
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces, UserTraces
@@ -96,12 +97,9 @@ def works(traces: SessionTraces, scenario: Scenario | None) -> list[LoopWork]:
 
 
 def drive(
-    traces: SessionTraces,
-    scenario: Scenario | None,
-    start_s: float,
-    end_s: float,
+    traces: SessionTraces, scenario: Scenario | None, start_s: float, end_s: float,
     done: Sequence[LoopWork] | None = None,
-) -> Drive:
+) -> Drive:  # fmt: skip
     """Return who drove the motion between two instants [s]; no work where no :func:`works` are
     known (``done``, if they were asked for already), or ticks were not recorded.
     """

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
 
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import bands, closed_s, encoder_noise_m_s
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.traces.sums import spans
+from pmwvc_analysis.traces.sums import beyond, spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -152,28 +151,6 @@ def _levels(motion: Motion, pieces: list[slice]) -> list[tuple[Array, Array, Arr
         squares = (np.sum(part * part, axis=-1) for part in (fast, velocity - fast))
         loud, slow = (np.sqrt(means(each)) for each in squares)
         found.append((means(motion.time_s[piece]), loud, slow))
-    return found
-
-
-def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
-    """Return the part of a velocity above a frequency: a Butterworth high pass of order 4 forwards
-    and backwards, no delay, by its response f^8/(f^8 + band^8).
-
-    The ends are continued by reflection in their last point, so that they do not ring; behind the
-    end as far as makes a length that is transformed fast.
-    """
-    rows = len(velocity)
-    if band_hz * period_s >= 0.45 or rows < 30:
-        return np.zeros_like(velocity)
-    pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
-    before = 2.0 * velocity[:1] - velocity[pad:0:-1]
-    fast = next_fast_len(rows + 2 * pad, real=True) - rows - pad
-    after = 2.0 * velocity[-1:] - velocity[-2 : -min(fast, rows - 1) - 2 : -1]
-    whole = np.concatenate([before, velocity, after])
-    ratio = np.fft.rfftfreq(len(whole), period_s) / band_hz
-    passed = ratio**8 / (1.0 + ratio**8)
-    spectrum = rfft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
-    found: Array = irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
     return found
 
 

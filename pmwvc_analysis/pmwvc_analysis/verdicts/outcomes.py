@@ -149,15 +149,13 @@ def _stability(summary: dict[str, Any]) -> Outcome:
 
 def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
     """Return what became of the predicted offset of every user who presses at the end."""
-    found = {entry["name"]: entry for entry in summary["users"]}
-    known = [(user, found[user.name]) for user in scenario.users if user.name in found]
-    return [_of_user(user, scenario, summary, entry) for user, entry in known if _presses(entry)]
-
-
-def _presses(entry: dict[str, Any]) -> bool:
-    force, drift = entry["force_final_n"], entry["drift_m"]  # lists, where there are several axes
-    known = isinstance(force, float) and isinstance(drift, float)
-    return known and abs(force) >= th.LEAST_FORCE_N
+    users, found = {user.name: user for user in scenario.users}, list[Outcome]()
+    for entry in (each for each in summary["users"] if each["name"] in users):
+        force, drift = entry["force_final_n"], entry["drift_m"]  # lists: of several axes
+        known = isinstance(force, float) and isinstance(drift, float)
+        if known and abs(force) >= th.LEAST_FORCE_N:
+            found.append(_of_user(users[entry["name"]], scenario, summary, entry))
+    return found
 
 
 def _of_user(
@@ -189,19 +187,14 @@ def _of_user(
             f"expected of the link{begins}. {reason}"
         )
         return Outcome("offset", None, text, user.name)
+    until = "" if until_m is None else f" to {until_m * 1e3:+.2f}"
     text = (
-        f"{user.name}: {OFFSET}: predicted {predicted_words(even_m, until_m)}, measured "
+        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f}{until} mm, measured "
         f"{was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
         f"tolerance {tolerance_m * 1e3:.2f} mm)."
     )
     late = f" Late packets made its lag up to {late_s * 1e3:.0f} ms longer." if ranges else ""
     return Outcome("offset", hit, text + late, user.name, even_m, was_m, tolerance_m, "m", until_m)
-
-
-def predicted_words(predicted_m: float, until_m: float | None) -> str:
-    """Return a predicted offset, or the range of it, in words."""
-    until = "" if until_m is None else f" to {until_m * 1e3:+.2f}"
-    return f"{predicted_m * 1e3:+.2f}{until} mm"
 
 
 def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:

@@ -174,11 +174,6 @@ def amount(finding: Finding) -> str:
     return f"{text}; {finding.why}" if finding.held_j > 0.0 else text
 
 
-def components(found: Passivity) -> list[str]:
-    """Return the components that generated energy, each with its amount, worst first."""
-    return [component(each, found) for each in found.components]
-
-
 def component(finding: Finding, found: Passivity) -> str:
     """Return what one component generated, and whether the ports, which decide, show it."""
     where = "server" if finding.owner == SERVER else finding.owner

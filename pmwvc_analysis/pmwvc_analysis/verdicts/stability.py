@@ -137,13 +137,9 @@ def _unknown(why: str) -> Judgement:
 
 
 def _of_lasting(
-    found: Strength,
-    motion: Motion,
-    traces: SessionTraces,
-    scenario: Scenario | None,
-    *,
+    found: Strength, motion: Motion, traces: SessionTraces, scenario: Scenario | None, *,
     shaken: float | None,
-) -> Judgement:
+) -> Judgement:  # fmt: skip
     """Judge a motion beyond the band that does not die out; ``shaken``: the ratio of time spent
     waiting for late packets, where the loop is not seen to keep the motion up.
     """

@@ -60,7 +60,7 @@ def summary(
         "stable": judged.stable,
         "instability": judged.instability,
         "stability": {"text": judged.why, "oscillation_m_s": number(judged.oscillation_m_s)},
-        "active": passivity.components(found) if energies else None,
+        "active": [passivity.component(e, found) for e in found.components] if energies else None,
         "passivity": _passivity(found),
         "object": _object(traces),
         "users": [
@@ -137,10 +137,7 @@ def _finding(found: Finding) -> dict[str, Any]:
 
 
 def _user(
-    user: UserTraces,
-    traces: SessionTraces,
-    found: Passivity,
-    limited: limits.Withheld | None,
+    user: UserTraces, traces: SessionTraces, found: Passivity, limited: limits.Withheld | None
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
     index = server.users.index(user.name) if server and user.name in server.users else None
