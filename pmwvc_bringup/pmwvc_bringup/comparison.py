@@ -15,15 +15,8 @@ from typing import Any
 from rich.console import Console
 
 from pmwvc_analysis.compare import settings
-from pmwvc_analysis.compare.measures import Compared, measured
-from pmwvc_analysis.report.comparison import (
-    COLUMNS,
-    JSON,
-    PAGE,
-    read_comparison,
-    read_entries,
-    write,
-)
+from pmwvc_analysis.compare.measures import COLUMNS, Compared, measured
+from pmwvc_analysis.report.comparison import JSON, PAGE, read_comparison, read_entries, write
 from pmwvc_bringup.combinations import Combination
 from pmwvc_bringup.command import Result
 from pmwvc_bringup.output import doing

@@ -12,6 +12,7 @@ import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from enum import IntEnum
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -29,6 +30,8 @@ from pmwvc_core.wave.impedance import MatrixImpedance
 from pmwvc_view import controls
 from pmwvc_view.controls import Settings
 
+STATES: Mapping[str, type[IntEnum]] = {"master": SafetyState, "server": Presence, "fate": FateKind}
+
 
 def describe(
     scenario: Scenario, *, mode: str, duration_s: float | None, values: Mapping[str, Any],
@@ -38,7 +41,8 @@ def describe(
     recorded; ``duration_s`` None where it goes on until it is ended [s]; ``values`` those of the
     controls; ``remote`` the users whose handle a page can take.
     """
-    server = scenario.server
+    of = scenario.server
+    about = {"environment": of.environment, "size_m": of.object_size_m}
     return {
         "mode": mode,
         "name": scenario.name,
@@ -46,13 +50,9 @@ def describe(
         "controller": scenario.controller,
         "dof": scenario.dof,
         "tick_s": scenario.tick_s,
-        "period_s": server.period_s,
+        "period_s": of.period_s,
         "duration_s": duration_s,
-        "object": {
-            "environment": server.environment,
-            "size_m": server.object_size_m,
-            "mass": server.object_mass,
-        },
+        "object": about | {"mass": of.object_mass},
         "users": [
             {
                 "name": user.name,
@@ -67,11 +67,7 @@ def describe(
         ],
         "controls": controls.to_page(values),
         **controls.choices(),
-        "states": {
-            "master": [state.name.lower() for state in SafetyState],
-            "server": [state.name.lower() for state in Presence],
-            "fate": [kind.name.lower() for kind in FateKind],
-        },
+        "states": {node: [each.name.lower() for each in kind] for node, kind in STATES.items()},
     }
 
 
@@ -165,6 +161,7 @@ def _give_way(process: int) -> None:
 
 def predicted(scenario: Scenario, values: Settings, live: bool) -> dict[str, Any]:
     """Return the prediction for a scenario with settings as its message."""
+    from pmwvc_analysis.compare.probes import measured_words
     from pmwvc_analysis.prediction import prediction, text
 
     try:
@@ -174,6 +171,8 @@ def predicted(scenario: Scenario, values: Settings, live: bool) -> dict[str, Any
     try:
         found = prediction.prediction(scenario, live=live)
         lines = text.lines(scenario, live=live)
+        if found["mass_felt"] is None and found["stable"] is not False:
+            lines.append(measured_words(scenario))
     except PmwvcError as error:
         return unknown(f"No prediction: {error}")
     names = {"stable": "stable", "rendered_stiffness": "k_felt", "mass": "mass_felt"}

@@ -11,6 +11,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.apart import apart, kept_text
+from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.ends.server_end import LEAST_M
 from pmwvc_core.errors import RecordingError
@@ -190,7 +191,8 @@ class RecordedSession(Session):
             at = int(np.searchsorted(away.time_s, time_s + 1e-9)) - 1
             if at >= 0 and time_s - away.time_s[at] < 2.0 * self._scenario.server.period_s:
                 note = kept_text(away.kept[at], self._scenario)
-        return {"state": word, "reason": reason, "note": note}
+        felt = next((felt_words(e) for e in self._summary["users"] if e["name"] == user), "")
+        return {"state": word, "reason": reason, "note": note, "felt": felt}
 
     async def pause(self, paused: bool) -> Handled:
         """Stop, or play on; from the beginning where the end was reached."""

@@ -180,7 +180,7 @@ def test_a_cube_is_placed_once_it_stays_near_its_target():
 
 def test_words_name_every_network_on_which_a_rival_is_better_and_no_other():
     plan = Plan(1, (), 1, ("ideal", "lan", "leo"), 1, probes=1, methods=("strict", "tdpa"))
-    good = Outcome("", False, True, 0.0, *(1.0,) * 13)
+    good = Outcome("", False, True, 0.0, *(1.0,) * 14)
     bad = dataclasses.replace(good, failure="diverged", coherency_m=np.inf, passive=False)
     close = dataclasses.replace(good, coherency_m=0.97, peak_n=0.5)
     shown = Rendered(*(1.0,) * 10)

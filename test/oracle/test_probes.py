@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from support.plain import load
 
-from pmwvc_analysis.compare.rendered import free_space, pressed_stiffness, swing_hz
+from pmwvc_analysis.compare.probes import free_space, pressed_stiffness, probed, swing_hz
 from pmwvc_analysis.models.linearize import build
+from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.transparency.frequency import response
 from pmwvc_analysis.transparency.transparency import transparency, untouched
+from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.traces import SessionTraces
 
 LINEAR = (
     ("wall", []),
@@ -31,6 +34,74 @@ def test_mass_and_damping_in_free_space_are_those_of_the_exact_model(name, setti
     impedance *= np.exp(-0.5j * omega * scenario.tick_s)  # the force is held for a tick
     assert found.mass_kg == pytest.approx(-impedance.real / omega**2, rel=0.01)
     assert found.damping_n_s_m == pytest.approx(impedance.imag / omega, rel=0.02, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("channel", "tau_s", "within"),
+    [("strict", 0.04, 0.03), ("plain", 0.0435, 1e-3)],  # strict: free, it is a tick less
+)
+def test_without_the_device_a_link_of_waves_is_b_tau_half_and_in_contact_tau_over_two_b(
+    channel, tau_s, within
+):
+    """Closed forms against two simulated sessions and the exact model; the control is the device,
+    of which nothing may be left in the numbers of the link.
+    """
+    settings = [f"channel={channel}", "master.impedance=30", "server.impedance=30"]
+    settings += ["device.damping=2", "link.delay_s=0.016", "server.contact_stiffness=800"]
+    for mass in (0.2, 0.4):
+        scenario = load("wall", settings_texts=[*settings, f"device.mass={mass}"])
+        (found, how), exact = probed(scenario), transparency(scenario).rendered
+        for each, near, k_near in ((found, 0.03, 1e-3), (exact, within, 1e-3)):
+            assert each.mass_link == pytest.approx(30.0 * tau_s / 2.0, rel=near)
+            assert each.b_link == pytest.approx(0.0, abs=0.1)
+            assert each.mass_felt - each.mass_link == pytest.approx(mass)
+            assert each.b_free - each.b_link == pytest.approx(2.0)
+            assert 1.0 / each.k_felt == pytest.approx(1.0 / 800.0 + tau_s / 60.0, rel=k_near)
+        assert how.startswith("stiffness by a press of 0.5 to 1 N, mass and damping by a swing of")
+
+
+def test_each_user_is_probed_through_its_own_link():
+    settings = ["user2.master.impedance=50", "user2.server.impedance=50", "channel=strict"]
+    scenario = load("carry_16ms", settings_texts=settings)
+    first, second = (probed(scenario, user)[0] for user in (0, 1))
+    assert second.mass_link == pytest.approx(2.0 * first.mass_link, rel=0.02)
+    for index, found in enumerate((first, second)):
+        exact = transparency(scenario, user=index).rendered
+        assert found.k_felt == pytest.approx(exact.k_felt, rel=0.01)  # the cube is pushed away
+        assert found.mass_link == pytest.approx(exact.mass_link, rel=0.02)
+
+
+def moved(channel, m, hold="zoh", b=10.0):
+    """A hand that swings a device with nothing touched, at 1.5 Hz, and its acceleration, RMS."""
+    settings = [
+        "operator.kind=sinusoid", "operator.force=2", "operator.frequency_hz=1.5",
+        "task.kind=free", "device.mass=1", "device.damping=8", "device.workspace_m=10",
+        "link.delay_s=0.008", f"master.impedance={b}", f"server.impedance={b}",
+        f"channel={channel}", f"server.period_s={m / 1000}", f"master.rate_drop={m}",
+        f"master.hold={hold}",
+    ]  # fmt: skip
+    scenario = untouched(load("wall", settings_texts=settings, duration_s=6.0))
+    user = simulate_one(scenario).users[0]
+    late = user.time_s >= 2.0
+    turns = np.exp(-2j * np.pi * 1.5 * user.time_s[late])
+    amplitude = 2.0 * abs(user.xd_m[late, 0] @ turns) / late.sum()
+    session = SessionTraces("simulated", 6.0, [user], None)
+    return felt(session, user, scenario).buzz_n, 2.0 * np.pi * 1.5 * amplitude / np.sqrt(2.0)
+
+
+@pytest.mark.parametrize(
+    ("channel", "m", "b"), [("strict", 8, 25.0), ("strict", 4, 10.0), ("plain", 8, 10.0)]
+)
+def test_a_moving_hand_feels_the_servers_steps_as_buzz_of_b_a_t(channel, m, b):
+    """The wave held for T is a sawtooth of b a T about b xd: b a T sqrt((1 - 1/M^2)/12) rms."""
+    buzz_n, a = moved(channel, m, b=b)
+    assert buzz_n == pytest.approx(b * a * m / 1000 * np.sqrt((1.0 - 1.0 / m**2) / 12.0), rel=0.03)
+
+
+def test_a_wave_that_rises_evenly_does_not_buzz():
+    """The control: the same motion behind a hold of first order."""
+    buzz_n, a = moved("plain", 8, "foh")
+    assert buzz_n < 0.02 * 10.0 * a * 0.008 / np.sqrt(12.0)
 
 
 @pytest.mark.parametrize("damping", [0.0, 2.0])

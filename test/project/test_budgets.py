@@ -53,7 +53,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_683, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_074,
+        5_071,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_189,
+        5_185,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -75,7 +75,7 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_712, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_711, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(4_039, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_186, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),

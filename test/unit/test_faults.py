@@ -14,7 +14,7 @@ from faults.processes import PROCESSES
 from faults.sessions import SESSIONS
 from support import plain as scenarios
 
-from pmwvc_analysis.compare.rendered import free_space
+from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.models.stability import radii
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.events import Disturber

@@ -8,7 +8,8 @@ from support import handmade
 from support.handmade import FORCE_N, session, without_blocks
 
 from pmwvc_analysis.compare.measures import measures
-from pmwvc_analysis.traces.felt import felt
+from pmwvc_analysis.report.story import story
+from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.traces.thresholds import IMPACT_S
 from pmwvc_analysis.verdicts.check import verdict_lines
 from pmwvc_analysis.verdicts.verdicts import summary
@@ -128,3 +129,54 @@ def test_without_a_server_or_a_scenario_only_steps_are_known():
     traces.server = None
     assert felt_of(traces)[3:6] == (None, None, None)
     assert felt_of(traces).force_step_max_n < 0.03
+
+
+@pytest.mark.parametrize(("frame_s", "part"), [(0.008, 1.0), (0.004, 1.0), (0.001, 0.0)])
+def test_buzz_of_a_staircase_is_its_step_over_the_root_of_twelve(frame_s, part):
+    """A sawtooth of b a T about a ramp, sampled M times a frame: b a T sqrt((1 - 1/M^2)/12)."""
+    traces = pressed()
+    user, b, a = traces.users[0], 25.0, 2.0
+    m = round(frame_s / user.tick_s)
+    user.f_applied[:, 0] = b * a * frame_s * (np.arange(len(user.time_s)) // m)  # in 4 s 200 N
+    wanted = b * a * frame_s * np.sqrt((1.0 - 1.0 / m**2) / 12.0)
+    # The control: a ramp without steps does not buzz.
+    assert felt_of(traces).buzz_n == pytest.approx(part * wanted, rel=0.01, abs=1e-3)
+
+
+def test_buzz_is_what_lies_above_60_hz_and_not_what_hands_do():
+    traces = pressed()
+    user = traces.users[0]
+    user.f_applied[:, 0] += 2.0 * np.sin(2 * np.pi * 8.0 * user.time_s)
+    assert felt_of(traces).buzz_n < 1e-3
+    user.f_applied[:, 0] += 0.1 * np.sin(2 * np.pi * 125.0 * user.time_s)
+    found = felt_of(traces)
+    assert found.buzz_n == pytest.approx(0.1 / np.sqrt(2.0), rel=0.01)
+    text = "buzz 0.071 N rms above 60 Hz"
+    assert felt_words(found._asdict()).startswith(text)
+    result = summary(traces, handmade.scenario())
+    assert result["users"][0]["buzz_n"] == found.buzz_n
+    assert text in story(traces, handmade.scenario(), result, None)
+    assert measures(traces, handmade.scenario())["buzz_n"] == found.buzz_n
+
+
+def test_neither_an_impact_nor_the_time_before_coupling_buzzes_and_nothing_rings_into_the_rest():
+    traces = pressed()
+    user, server = traces.users[0], traces.server
+    quiet = felt_of(traces).buzz_n
+    shakes = np.sin(2 * np.pi * 125.0 * user.time_s)
+    user.f_applied[:, 0] += shakes * ((user.time_s >= 2.0) & (user.time_s < 2.0 + IMPACT_S))
+    assert felt_of(traces).buzz_n > 0.2  # the control: no contact is made there
+    server.contact[0][(server.time_s > 1.9) & (server.time_s < 1.995)] = False  # now there is
+    assert felt_of(traces).buzz_n == pytest.approx(quiet, abs=1e-3)
+    user.f_applied[:, 0] += shakes * (user.time_s < 0.4)
+    assert felt_of(traces).buzz_n > 0.1
+    user.state[user.block_time_s < 0.41] = 0  # starting
+    assert felt_of(traces).buzz_n == pytest.approx(quiet, abs=1e-3)
+
+
+def test_buzz_of_a_loop_too_slow_for_it_is_unknown():
+    traces = session()
+    user = traces.users[0]
+    user.time_s, user.block_time_s, user.tick_s = 8 * user.time_s, 8 * user.block_time_s, 0.008
+    assert felt(traces, user, None).buzz_n is None
+    assert "buzz" not in felt_words(felt(traces, user, None)._asdict())

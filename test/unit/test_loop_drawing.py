@@ -101,10 +101,19 @@ def test_the_link_is_described_as_a_spring_and_a_mass():
     tau_s, spring, mass = (float(each) for each in number.groups())
     assert spring == pytest.approx(2 * 25.0 / (tau_s * 1e-3), rel=2e-3)
     assert mass == pytest.approx(25.0 * tau_s * 1e-3 / 2, abs=0.006)
-    assert (
-        rendered(handmade.scenario(controller="direct"), handmade.scenario().users[0], live=False)
-        == ""
-    )
+
+
+def test_where_the_lag_does_not_decide_the_first_user_is_measured():
+    lent = {"master__position__gain": 20.0, "master__position__storage_j": 0.02}
+    for more, begins in (
+        ({"controller": "direct"}, "Measured in simulated sessions: "),
+        ({"channel": "strict", **lent}, "Round trip 40.0 ms. Measured in simulated sessions: "),
+    ):
+        scenario = handmade.scenario(**more)
+        said, other = (rendered(scenario, user, live=False) for user in scenario.users)
+        assert said.startswith(begins) and "Measured" not in other
+    stiffness = float(re.search(r": stiffness ([\d.]+) N/m, in free space", said)[1])
+    assert stiffness == pytest.approx(scenario.users[0].contact.contact_stiffness, rel=0.01)
 
 
 def test_the_paragraph_states_who_touched_what_when_and_with_what_force():

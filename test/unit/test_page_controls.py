@@ -17,6 +17,7 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_view import controls
+from pmwvc_view.description import predicted
 from pmwvc_view.feed.verdict import Notices
 from pmwvc_view.session import RATE, towards
 from pmwvc_view.simulated import SimulatedSession
@@ -144,6 +145,15 @@ def test_setting_changed_under_load_makes_no_energy_in_the_channel(path, first, 
         least = running.value(rows, f"{user}.energy_{way}_min")[-1]
         moved = running.value(rows, f"{user}.energy_{way}_in")[-1]
         assert least >= -1e-6 - 1e-6 * moved
+
+
+def test_where_no_model_tells_what_is_rendered_a_proposal_is_measured():
+    scenario = load("wall")
+    found = [predicted(scenario, {"controller": name}, False) for name in ("pspm", "pmwvc")]
+    said = [[line for line in each["lines"] if line.startswith("Measured")] for each in found]
+    (line,), none = said
+    assert none == [] and found[0]["mass"] is None  # no number of the exact model
+    assert "a swing of at most 0.5 N at 1.56 Hz: stiffness 333.3 N/m, in free space" in line
 
 
 def test_restart_with_another_controller_begins_anew_with_the_same_hands():

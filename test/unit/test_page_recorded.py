@@ -95,6 +95,7 @@ def test_user_that_keeps_its_distance_after_rejoining_is_noted_as_in_the_report(
         users = player.session.news()["text"]["users"]
         notes[time_s] = users["user1"]["note"]
         assert users["user2"]["note"] == ""
+        assert users["user2"]["felt"].startswith("buzz ")
     assert notes[0.0] == notes[2.9] == ""
     assert notes[3.1].startswith("avatar 50.0 mm from the device since joining: it joined with")
     assert notes[6.0] == summary(traces, SCENARIO)["users"][0]["kept_apart"]

@@ -4,11 +4,14 @@
 force limits, an encoder, a new delay.
 """
 
+import re
+
 import pytest
 from support.plain import load
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.verdicts import stability
 from pmwvc_view.controls import changed
@@ -161,6 +164,17 @@ def test_energy_that_was_lent_is_named_with_what_no_link_gave_out():
     assert found[0]["verdict"].startswith("Not passive: user1, hand to object, gave out 1 mJ")
     assert found[1]["level"] == "good"
     assert "it received and was lent at the start (5 mJ at most)." in found[1]["verdict"]
+
+
+def test_what_a_hand_has_felt_is_told_as_the_report_tells_it():
+    scenario = load("wall", duration_s=5.0)
+    traces = simulated(scenario)
+    *_, (*_, last) = told("wall", 5)
+    said, whole = last["users"]["user1"]["felt"], felt(traces, traces.users[0], scenario)
+    assert re.fullmatch(r"buzz .* N rms above 60 Hz, steps .* N in 1 ms, never below .* N", said)
+    assert said == felt_words(whole._asdict())
+    *_, (*_, last) = told("wall", 5, ("link.loss=0.3",))  # the control
+    assert last["users"]["user1"]["felt"] != said
 
 
 ENCODER = ("device.encoder_step_m=50e-6", "device.velocity=euler")

@@ -14,7 +14,10 @@ from scipy.io import loadmat
 from pmwvc_bringup.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
-FELT = {"admittance_dc", "k_felt", "b_felt", "mass_felt", "first_peak_hz"}
+FELT = {
+    "admittance_dc", "k_felt", "b_felt", "mass_felt", "b_free", "mass_link", "b_link",
+    "first_peak_hz",
+}  # fmt: skip
 
 
 def run(*words):
@@ -27,7 +30,8 @@ def test_json_is_one_document_with_the_documented_keys():
     done = run("transparency", "carry_16ms", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert set(found) == {"scenario", "user", "axis", *FELT, "ideal", "measured", "notes"}
+    others = {"scenario", "user", "axis", "source", "ideal", "measured", "notes"}
+    assert set(found) == FELT | others
     assert set(found["ideal"]) == FELT
     assert found["k_felt"] * found["admittance_dc"] == pytest.approx(1.0)
     assert found["k_felt"] < found["ideal"]["k_felt"]
@@ -39,7 +43,7 @@ def test_json_is_one_document_with_the_documented_keys():
     [
         (("nowhere",), "nowhere"),
         (("direct_16ms",), "not stable"),
-        (("wall", "--set", "device.friction=0.3"), "friction"),
+        (("wall", "--set", "device.friction=0.3", "--out", "curves"), "friction"),
         (("wall", "--user", "user7"), "there are user1"),
         ((str(ROOT / "docs"),), "no scenario.yaml"),
     ],
@@ -49,6 +53,21 @@ def test_what_has_no_answer_is_reported_with_exit_code_2(words, message, capfd):
     said = capfd.readouterr()
     assert message in said.err
     assert said.out == ""
+
+
+def test_where_no_linear_model_holds_simulated_sessions_measure_and_that_is_said(capfd):
+    """Passivity control renders the wall as it is at rest, and its damper in free motion."""
+    words = ("transparency", "wall", "--set", "controller=tdpa", "--json")
+    found = json.loads(run(*words).stdout)
+    assert found["source"] == "measured"
+    assert found["k_felt"] == pytest.approx(1000.0, rel=1e-3)
+    assert found["b_link"] == found["b_free"] == pytest.approx(9.0, rel=0.01)
+    assert found["mass_felt"] - found["mass_link"] == pytest.approx(0.25)
+    assert "(controller = tdpa). Measured in simulated sessions: stiffness" in found["notes"][0]
+    assert main([*words[:-1], "--set", "device.friction=0.3"]) == 0  # it holds the device
+    said = capfd.readouterr().out
+    assert "stiffness unknown (the device does not settle" in said
+    assert "without the device" not in said.splitlines()[0]  # friction is neither mass nor damping
 
 
 def test_curves_come_as_picture_table_and_arrays(tmp_path):

@@ -23,8 +23,8 @@ KEYS = set(
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
     "avatar_force_final_n force_step_max_n force_step_max_s blows force_undisturbed_n "
-    "force_least_n dropout_s coupled_ratio disturbed_s coherency_rms_m drift_m drift_change_m "
-    "kept_apart_m kept_apart ticks "
+    "force_least_n dropout_s coupled_ratio buzz_n disturbed_s coherency_rms_m drift_m "
+    "drift_change_m kept_apart_m kept_apart ticks "
     "ticks_skipped ticks_missing tick_rate_hz late_s lateness_us compute_us safety_events "
     "environment_limited ended".split()
 )

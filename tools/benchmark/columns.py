@@ -40,6 +40,7 @@ OF_SESSION = (
     STEP,
     Column("least_n", 1.0, "least force [N]"),
     Column("dropout_s", 1e3, "dropouts [ms]"),
+    Column("buzz_n", 1.0, "buzz [N]"),
     Column("squeeze_n", 1.0, "mean grip force [N]"),
     Column("grip_lost", 100.0, "grip lost [%]"),
     Column("kept_back", 100.0, "absorbed [%]"),

@@ -34,7 +34,7 @@ from benchmark.carry import placed_s
 from benchmark.methods import Settings
 from benchmark.trial import Trial, scenario_of
 from benchmark.walls import GRID, Grid, wall, walls
-from pmwvc_analysis.compare.rendered import free_space
+from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.compare.settings import RESTLESS
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.transparency.measured import TRUSTED, measure

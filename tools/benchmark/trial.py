@@ -57,10 +57,11 @@ class Outcome:
         RMS of device less avatar, of rendered less contact force, of the cube less its target.
     lag_free_error_n, apart_max_m
         Force error with the lag that makes it least; largest distance of device and avatar.
-    peak_n, step_n, least_n, dropout_s
-        Largest force rendered, its largest change within 1 ms, its least and the time below half
-        of the undisturbed one (:mod:`pmwvc_analysis.traces.felt`); zero and all the time where the
-        hands do not even hold what can be felt.
+    peak_n, step_n, least_n, dropout_s, buzz_n
+        Largest force rendered, its largest change within 1 ms, its least, the time below half of
+        the undisturbed one, its RMS above 60 Hz (:mod:`pmwvc_analysis.traces.felt`); zero and all
+        the time where the hands do not even hold what can be felt, all of the force where no
+        contact lasts long enough to tell.
     squeeze_n
         Mean force between the hands since both first touched the cube.
     grip_lost
@@ -83,6 +84,7 @@ class Outcome:
     step_n: float
     least_n: float
     dropout_s: float
+    buzz_n: float
     squeeze_n: float
     grip_lost: float
     kept_back: float
@@ -136,6 +138,7 @@ def run(trial: Trial) -> Outcome:
         found["force_step_max_n"],
         found["force_least_n"] or 0.0,
         trial.duration_s if found["dropout_s"] is None else found["dropout_s"],
+        found["force_peak_n"] if found["buzz_n"] is None else found["buzz_n"],
         squeeze_n(traces),
         grip_lost(traces),
         *(energies(traces, scenario) or (None, None)),

@@ -21,28 +21,18 @@ LIGHT_USERS = (
 DARK_USERS = (
     "#14A0FB", "#F07D02", "#7BDD95", "#C18A9E", "#6DCFFF", "#FFE770", "#9B64A5", "#9C6F36",
 )  # fmt: skip
-LIGHT: Mapping[str, str] = {
-    **{f"u{index}": tint for index, tint in enumerate(LIGHT_USERS)},
-    "object": "#222222",
-    "target": "#7F7F7F",
-    "hand": "#A9ADB2",
-    "alarm": "#B00020",
-    "paper": "#FFFFFF",
-    "ink": "#1C1F23",
-    "soft": "#5B636D",
-    "grid": "#E3E6EA",
+TINTS = {  # on light, on dark paper
+    **{f"u{index}": pair for index, pair in enumerate(zip(LIGHT_USERS, DARK_USERS, strict=True))},
+    "object": ("#222222", "#E8EAED"),
+    "target": ("#7F7F7F", "#9AA3AD"),
+    "hand": ("#A9ADB2", "#717A84"),
+    "alarm": ("#B00020", "#FF6B7A"),
+    "paper": ("#FFFFFF", "#14171B"),
+    "ink": ("#1C1F23", "#E6E8EB"),
+    "soft": ("#5B636D", "#A3ABB4"),
+    "grid": ("#E3E6EA", "#2B3138"),
 }
-DARK: Mapping[str, str] = {
-    **{f"u{index}": tint for index, tint in enumerate(DARK_USERS)},
-    "object": "#E8EAED",
-    "target": "#9AA3AD",
-    "hand": "#717A84",
-    "alarm": "#FF6B7A",
-    "paper": "#14171B",
-    "ink": "#E6E8EB",
-    "soft": "#A3ABB4",
-    "grid": "#2B3138",
-}
+LIGHT, DARK = ({name: pair[paper] for name, pair in TINTS.items()} for paper in (0, 1))
 
 
 def user_tint(index: int) -> str:

@@ -75,12 +75,8 @@ def _delay(of: Scenario) -> str:
     up, down = 1e3 * first.link_up.delay_s, 1e3 * first.link_down.delay_s
     delay = f"{up:g} ms each way" if up == down else f"{up:g} ms up and {down:g} ms down"
     lost = 100.0 * max(first.link_up.loss, first.link_down.loss)
-    others = dict.fromkeys(
-        text
-        for link in (first.link_up, first.link_down)
-        for name, text in amounts(link).items()
-        if name != "loss"
-    )
+    effects = [*amounts(first.link_up).items(), *amounts(first.link_down).items()]
+    others = dict.fromkeys(text for name, text in effects if name != "loss")
     return ", ".join([f"delay {delay}", *([f"{lost:g} % lost"] if lost else []), *others])
 
 

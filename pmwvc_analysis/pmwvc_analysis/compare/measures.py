@@ -4,7 +4,7 @@
 measures are None.
 
 Stability and passivity are those of the verdicts, ``k_max`` that of the exact model, stiffness and
-resonance (where the session was stable) and free space those of :mod:`.rendered`.
+resonance (where the session was stable) those of :mod:`.rendered`, free space of :mod:`.probes`.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,13 +15,13 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.compare.rendered import RenderedCurve, free_space, rendering
+from pmwvc_analysis.compare.probes import free_space
+from pmwvc_analysis.compare.rendered import RenderedCurve, rendering
 from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.verdicts import stability
-from pmwvc_analysis.verdicts.oscillation import beyond
 from pmwvc_analysis.verdicts.passivity import part_words, passivity
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame import Presence
@@ -29,13 +29,29 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-NOISE_HZ = 20.0
-MEASURES = (
-    "stable", "instability", "passive", "active_part", "k_max", "k_felt", "first_peak_hz",
-    "mass_free_kg", "damping_free_n_s_m", "free_hz", "coherency_rms_m", "force_error_rms_n",
-    "energy_min_j", "force_noise_n", "force_peak_n", "force_step_max_n",
-    "force_least_n", "dropout_s", "left_out",
-)  # fmt: skip
+COLUMNS = (  # measure, heading of the report and of a terminal (empty: not there), factor
+    ("k_max", "largest stable stiffness [N/m]", "K max [N/m]", 1.0),
+    ("k_felt", "rendered stiffness [N/m]", "rendered [N/m]", 1.0),
+    ("k_felt_from", "stiffness from", "", 1.0),
+    ("first_peak_hz", "first resonance [Hz]", "peak [Hz]", 1.0),
+    ("mass_free_kg", "mass in free space [kg]", "free [kg]", 1.0),
+    ("damping_free_n_s_m", "damping in free space [N s/m]", "free [N s/m]", 1.0),
+    ("mass_link_kg", "mass without the device [kg]", "", 1.0),
+    ("damping_link_n_s_m", "damping without the device [N s/m]", "", 1.0),
+    ("coherency_rms_m", "offset of the device from its avatar, RMS [mm]", "offset [mm]", 1e3),
+    ("force_error_rms_n", "force error, RMS [N]", "force err [N]", 1.0),
+    ("energy_min_j", "lowest energy balance of a port [mJ]", "balance [mJ]", 1e3),
+    ("buzz_n", "buzz, RMS of the force above 60 Hz [N]", "buzz [N]", 1.0),
+    ("force_peak_n", "largest force [N]", "", 1.0),
+    ("force_step_max_n", "largest change of force in 1 ms [N]", "step [N]", 1.0),
+    ("blows", "changes above 0.3 N in 1 ms", "blows", 1.0),
+    ("force_least_n", "least force while pressing [N]", "", 1.0),
+    ("dropout_s", "force below half of the undisturbed one [ms]", "dropout [ms]", 1e3),
+    ("left_out", "packets left out by a deadband [%]", "left out [%]", 100.0),
+)
+MEASURES = "stable", "instability", "passive", "active_part", "free_hz", *(c[0] for c in COLUMNS)
+FREE = "mass_free_kg", "damping_free_n_s_m", "free_hz", "mass_link_kg", "damping_link_n_s_m"
+WORST = "force_step_max_n", "blows", "dropout_s", "buzz_n"  # those of the worst user
 
 
 def least_balance(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
@@ -85,16 +101,15 @@ def measured(entry: Compared) -> Compared:
     if found["stable"]:
         own = entry.rendered = rendering(traces, scenario, live=live)
         found |= {"k_felt": own.k_felt, "first_peak_hz": own.first_peak_hz}
+        found["k_felt_from"] = own.source or None
     if (free := free_space(scenario)) is not None:
-        names = "mass_free_kg", "damping_free_n_s_m", "free_hz"
-        found |= zip(names, free, strict=True)
+        found |= zip(FREE, free, strict=True)
     return entry
 
 
 def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
     """Return the numbers of one session; those from models are still None."""
     judged, saved = stability.verdict(traces, scenario), left_out(traces, scenario)
-    noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
     felt_by = [felt(traces, user, scenario) for user in traces.users]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
     return dict.fromkeys(MEASURES) | {
@@ -103,11 +118,9 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         **least_balance(traces, scenario),
         "coherency_rms_m": coherency_m(traces),
         "force_error_rms_n": force_error_n(traces),
-        "force_noise_n": _extreme(max, noise),
         "force_peak_n": sums.number(max(peaks)) if peaks else None,
-        "force_step_max_n": _extreme(max, [each.force_step_max_n for each in felt_by]),
         "force_least_n": _extreme(min, [each.force_least_n for each in felt_by]),
-        "dropout_s": _extreme(max, [each.dropout_s for each in felt_by]),
+        **{name: _extreme(max, [getattr(each, name) for each in felt_by]) for name in WORST},
         "left_out": float(np.mean(list(saved.values()))) if saved else None,
     }
 
@@ -149,11 +162,3 @@ def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:
     coupled = (server.state[index] == Presence.COUPLED) & (server.time_s <= user.time_s[-1])
     rendered = user.f_applied[user.rows_at(server.time_s[coupled])]
     return np.asarray(rendered - server.f_s[index][coupled])
-
-
-def force_noise_n(user: UserTraces, duration_s: float) -> float | None:
-    """Return the RMS of the rendered force beyond what hands do, in the second half [N]."""
-    if not np.isfinite(user.f_applied).all():
-        return None
-    fast = beyond(user.f_applied, user.tick_s, NOISE_HZ)
-    return sums.rms(fast[user.time_s > 0.5 * duration_s])

@@ -17,19 +17,14 @@ import numpy as np
 from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Panel
 from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.charts.style import user_tint
-from pmwvc_analysis.compare.measures import Compared
+from pmwvc_analysis.compare.measures import COLUMNS, Compared
 from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.model_charts import OVER_FREQUENCY
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
 from pmwvc_analysis.traces.apart import apart
 
-MEASURES = (  # measure, label, unit, factor
-    ("coherency_rms_m", "device from avatar, RMS", "mm", 1e3),
-    ("force_error_rms_n", "force error, RMS", "N", 1.0),
-    ("force_noise_n", "force noise, RMS", "mN", 1e3),
-    ("energy_min_j", "lowest energy balance", "mJ", 1e3),
-)
+DRAWN = "coherency_rms_m", "force_error_rms_n", "buzz_n", "energy_min_j"
 VERDICTS = (  # on stability, label, tint, mark
     (True, "stable", "u0", "ring"),
     (False, "not stable", "alarm", "cross"),
@@ -96,28 +91,19 @@ def _position_errors(entry: Compared) -> list[Curve]:
     ]
 
 
+AVATARS = "Devices, their avatars (short dashes), the object (black) and its target (grey)."
+RENDERED = "Solid: force of the device on the hand. Dashed: the contact force on the avatar."
+APART = "Distance of each device from its avatar, less the distance at joining."
+
+
+def _positions(entry: Compared) -> list[Curve]:
+    return position_lines(entry.traces, 0, recorded.names(entry.traces))
+
+
 SIGNALS = (
-    (
-        "positions",
-        "Positions",
-        "Devices, their avatars (short dashes), the object (black) and its target (grey).",
-        "position [mm]",
-        lambda entry: position_lines(entry.traces, 0, recorded.names(entry.traces)),
-    ),
-    (
-        "forces",
-        "Forces",
-        "Solid: force of the device on the hand. Dashed: the contact force on the avatar.",
-        "force [N]",
-        _forces,
-    ),
-    (
-        "separations",
-        "Device from avatar",
-        "Distance of each device from its avatar, less the distance at joining.",
-        "x_m - x_s [mm]",
-        _position_errors,
-    ),
+    ("positions", "Positions", AVATARS, "position [mm]", _positions),
+    ("forces", "Forces", RENDERED, "force [N]", _forces),
+    ("separations", "Device from avatar", APART, "x_m - x_s [mm]", _position_errors),
 )
 
 
@@ -151,7 +137,7 @@ def measures(entries: Sequence[Compared]) -> Chart:
     names = [entry.label.replace(", ", "\n") for entry in entries]
     stable = np.array([entry.measures["stable"] for entry in entries], dtype=object)
     panels = []
-    for name, label, unit, factor in MEASURES:
+    for name, heading, _, factor in (column for column in COLUMNS if column[0] in DRAWN):
         values = factor * np.array([entry.measures[name] for entry in entries], dtype=float)
         known = values[np.isfinite(values)]
         wide = len(known) > 0 and known.min() > 0.0 and known.max() > WIDE * known.min()
@@ -160,7 +146,7 @@ def measures(entries: Sequence[Compared]) -> Chart:
             rows = np.flatnonzero(np.isfinite(values) & (stable == verdict))
             dots.append(Dots(words, rows.astype(float), values[rows], tint, mark))
         look: dict[str, Any] = {"y_log": wide, "with_zero": not wide, "height": 110.0}
-        panels.append(Panel(f"[{unit}]", (), dots, title=label, x_label="", x_names=names, **look))
+        panels.append(Panel("", (), dots, title=heading, x_label="", x_names=names, **look))
     caption = "One row of marks per measure, one column per session."
     return Chart("measures", "Measures", caption, panels)
 

@@ -12,7 +12,6 @@ Equations: docs/theory.md 17.17; of the lag: :mod:`pmwvc_analysis.prediction.lag
 
 import math
 
-from pmwvc_analysis.models.linear import nonlinear
 from pmwvc_analysis.prediction import environment, lag
 from pmwvc_core.law.position.error import ADAPTED
 from pmwvc_core.law.position.feedback import MOST
@@ -42,10 +41,11 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
     tau, b = lag.lag_s(user, scenario, live=live), first_axis(user.impedance)
     mass = lag.rendered_mass(user, scenario, live=live)
     stiffness, contact = lag.rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
+    whole = mass + float(user.device.mass)
     if tau > 0.0:
         return (
             f"the link acts like a spring of {2.0 * b / tau:.0f} N/m and a mass of {mass:.2f} kg "
-            f"(rendered stiffness {stiffness:.0f} N/m)"
+            f"(rendered stiffness {stiffness:.0f} N/m, mass with the device {whole:.2f} kg)"
         )
     behind = f"the device stands {-tau / (2.0 * b) * 1e3:.2f} mm per newton behind its avatar"
     rendered = f"renders {stiffness:.0f} N/m, the contact {contact:.0f} N/m"
@@ -58,8 +58,8 @@ def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
     head = f"{user.name}: {round_trip_words(user, scenario, live=live)}"
     if not lag.lag_decides(user, scenario):
-        command = "simulate" if nonlinear(scenario) else "transparency"
-        return [f"{head}; it alone does not decide the rendered stiffness: use 'pmwvc {command}'."]
+        command = "use 'pmwvc transparency'"
+        return [f"{head}; it alone does not decide the rendered stiffness: {command}."]
     limit = environment.rule(user, scenario)
     if limit is not None and not limit.met:
         return [f"{head}; the rendered stiffness is not known."]

@@ -16,7 +16,7 @@ from typing import Any
 from pmwvc_analysis.arrays import write_arrays
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.compare.conclusion import conclusion
-from pmwvc_analysis.compare.measures import MEASURES, Compared, measured
+from pmwvc_analysis.compare.measures import COLUMNS, MEASURES, Compared, measured
 from pmwvc_analysis.compare.settings import parameters_of
 from pmwvc_analysis.figures.comparison_charts import draw_all
 from pmwvc_analysis.recording.reader import read_scenario, read_session
@@ -28,22 +28,6 @@ JSON, TABLE = "comparison.json", "comparison.csv"
 PAGE, TEMPLATE = "comparison.html", "comparison_template.html"
 OF_USER = ("time_s", "x_m", "xd_m", "f_h", "f_m", "f_applied")
 OF_SERVER = ("time_s", "x_o", "xd_o", "target")
-COLUMNS = (  # measure, heading of the report and of a terminal (empty: not there), factor
-    ("k_max", "largest stable stiffness [N/m]", "K max [N/m]", 1.0),
-    ("k_felt", "rendered stiffness [N/m]", "rendered [N/m]", 1.0),
-    ("first_peak_hz", "first resonance [Hz]", "peak [Hz]", 1.0),
-    ("mass_free_kg", "mass in free space [kg]", "free [kg]", 1.0),
-    ("damping_free_n_s_m", "damping in free space [N s/m]", "free [N s/m]", 1.0),
-    ("coherency_rms_m", "offset of the device from its avatar, RMS [mm]", "offset [mm]", 1e3),
-    ("force_error_rms_n", "force error, RMS [N]", "force err [N]", 1.0),
-    ("energy_min_j", "lowest energy balance of a port [mJ]", "balance [mJ]", 1e3),
-    ("force_noise_n", "force noise, RMS [mN]", "noise [mN]", 1e3),
-    ("force_peak_n", "largest force [N]", "", 1.0),
-    ("force_step_max_n", "largest change of force in 1 ms [N]", "step [N]", 1.0),
-    ("force_least_n", "least force while pressing [N]", "", 1.0),
-    ("dropout_s", "force below half of the undisturbed one [ms]", "dropout [ms]", 1e3),
-    ("left_out", "packets left out by a deadband [%]", "left out [%]", 100.0),
-)
 
 
 def write(
@@ -72,14 +56,11 @@ def render(
 ) -> str:  # fmt: skip
     """Return the report as HTML."""
     return filled(
-        TEMPLATE,
-        title=title,
-        about=about,
-        entries=entries,
+        TEMPLATE, title=title, about=about, entries=entries,
         settings=[(e.label, parameters_of(e.scenario), e.tuning) for e in entries],
         columns=[(name, heading, factor) for name, heading, _, factor in COLUMNS],
         figures=[(chart, data_uri(path)) for chart, path in figures],
-    )
+    )  # fmt: skip
 
 
 def row(entry: Compared) -> dict[str, Any]:

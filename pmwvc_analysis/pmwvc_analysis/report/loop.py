@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
+from pmwvc_analysis.compare.probes import measured_words
 from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known
 from pmwvc_analysis.prediction.rendering import link_words, round_trip_words
 from pmwvc_analysis.report.page import filled
@@ -100,15 +101,17 @@ def _link(link: LinkParams) -> list[str]:
 
 
 def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
-    """Return round trip and rendered stiffness in a sentence; empty where it is unknown."""
-    if not proofs_hold(scenario.controller) or not lag_is_known(scenario):
-        return ""
-    trip = round_trip_words(user, scenario, live=live)
-    text = f"{trip[0].upper()}{trip[1:]}"
-    if not lag_decides(user, scenario):
-        return f"{text}."
-    along = "along axis 1 " if isinstance(user.impedance, MatrixImpedance) else ""
-    return f"{text}; {along}{link_words(user, scenario, live=live)}."
+    """Return round trip and what is rendered in a sentence, of the first user measured where the
+    lag alone does not decide it.
+    """
+    text, along = "", "along axis 1 " if isinstance(user.impedance, MatrixImpedance) else ""
+    if proofs_hold(scenario.controller) and lag_is_known(scenario):
+        trip = round_trip_words(user, scenario, live=live)
+        text = f"{trip[0].upper()}{trip[1:]}"
+        if lag_decides(user, scenario):
+            return f"{text}; {along}{link_words(user, scenario, live=live)}."
+        text += ". "
+    return text + (measured_words(scenario) if user.name == scenario.users[0].name else "")
 
 
 def _energies(name: str, energies: Budget | None) -> dict[str, float]:

@@ -32,16 +32,10 @@ MOST_EVENTS = 60
 
 
 def render(
-    traces: SessionTraces,
-    scenario: Scenario | None,
-    summary: dict[str, Any],
-    charts: Sequence[Chart],
-    energies: Budget | None = None,
-    *,
-    pictures: Mapping[str, Path] | None = None,
-    folder: str = "",
-    replay: str | None = None,
-) -> str:
+    traces: SessionTraces, scenario: Scenario | None, summary: dict[str, Any],
+    charts: Sequence[Chart], energies: Budget | None = None, *,
+    pictures: Mapping[str, Path] | None = None, folder: str = "", replay: str | None = None,
+) -> str:  # fmt: skip
     """Return the report as HTML; parts that the session does not have are left out.
 
     ``pictures`` are the figures' PNG files by name, ``folder`` is the session's, for the command
@@ -61,33 +55,27 @@ def render(
         TEMPLATE,
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
-        folder=folder,
-        replay=replay,
-        summary=summary,
+        folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
         story=story(traces, scenario, summary, energies),
-        loops=loops,
-        budget=energies,
         budget_lines=budget_lines(energies, found) if energies else [],
-        events=events[:MOST_EVENTS],
-        more_events=max(0, len(events) - MOST_EVENTS),
+        events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
         predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],
-        chart_data=chart_data,
-        complete=complete,
+        chart_data=chart_data, complete=complete,
         parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
-    )
+    )  # fmt: skip
 
 
 def figure_data(
     charts: Sequence[Chart], traces: SessionTraces, events: Sequence[Mapping[str, Any]]
 ) -> tuple[str, bool]:
     """Return the data as JSON that can stand in a page, and whether every point is in it."""
-    marks: list[Sequence[Any]] = []
-    for each in events:
-        if (time_s := each["time_s"]) is not None:
-            text = f"{each['number']}. {time_s:.3f} s: {each['who']} {each['what']}"
-            marks.append((time_s, each["number"], text))
+    timed = [(each["time_s"], each) for each in events if each["time_s"] is not None]
+    marks = [
+        (at_s, each["number"], f"{each['number']}. {at_s:.3f} s: {each['who']} {each['what']}")
+        for at_s, each in timed
+    ]
     found, complete = payload(charts, recorded.span(traces), marks)
     text = json.dumps(found, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c"), complete

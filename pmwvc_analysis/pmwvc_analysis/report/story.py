@@ -10,7 +10,7 @@ import numpy as np
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import grouped
-from pmwvc_analysis.verdicts.outcomes import predicted_words
+from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_core.numeric import Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces
@@ -24,17 +24,16 @@ WORDS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight")
 
 
 def story(
-    traces: SessionTraces,
-    scenario: Scenario | None,
-    summary: dict[str, Any],
+    traces: SessionTraces, scenario: Scenario | None, summary: dict[str, Any],
     energies: Budget | None,
-) -> str:
+) -> str:  # fmt: skip
     """Return the paragraph; what the traces do not hold is left out."""
     server = traces.server
     touched = _contact(traces, server, scenario) if server and len(server.time_s) else ()
     moved = _energy(energies) if energies is not None else ()
+    felt = (f"Felt by {user['name']}: {felt_words(user)}." for user in summary["users"][:3])
     rest = (*_offsets(summary), *_safety(traces, summary))
-    return " ".join([*touched, *_forces(summary), *moved, *rest])
+    return " ".join([*touched, *_forces(summary), *felt, *moved, *rest])
 
 
 def _contact(
@@ -108,15 +107,8 @@ def _energy(energies: Budget) -> Iterator[str]:
 
 
 def _offsets(summary: dict[str, Any]) -> Iterator[str]:
-    outcomes = (each for each in summary.get("outcomes", []) if each["what"] == "offset")
-    known = [each for each in outcomes if each["predicted"] is not None]
-    offsets = [
-        f"{each['owner']} predicted {predicted_words(each['predicted'], each['until'])}, measured "
-        f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"
-        for each in known[:3]
-    ]
-    if offsets:
-        yield f"Offset of the device from its avatar: {'; '.join(offsets)}."
+    offsets = (each for each in summary.get("outcomes", []) if each["what"] == "offset")
+    yield from [each["text"] for each in offsets if each["predicted"] is not None][:3]
 
 
 def _safety(traces: SessionTraces, summary: dict[str, Any]) -> Iterator[str]:

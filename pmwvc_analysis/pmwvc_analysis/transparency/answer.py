@@ -3,6 +3,7 @@
 """The answer of a transparency analysis: as plain numbers, in sentences, as files of arrays."""
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,24 +16,26 @@ from pmwvc_core.errors import file_errors
 from pmwvc_core.numeric import Array, Complex
 
 NAME = "transparency"
-RENDERED = (
-    ("stiffness", "k_felt", "N/m"),
-    ("damping", "b_felt", "N s/m"),
-    ("mass", "mass_felt", "kg"),
+RENDERED = (  # what is known of it is told
+    ("stiffness {:.4g} N/m", ("k_felt",)),
+    ("damping {:.4g} N s/m", ("b_felt",)),
+    ("in free space {:.4g} kg and {:.3g} N s/m", ("mass_felt", "b_free")),
+    ("without the device {:.4g} kg and {:.3g} N s/m", ("mass_link", "b_link")),
+    ("first resonance {:.4g} Hz", ("first_peak_hz",)),
 )
 
 
 def answer(
-    name: str,
-    found: Transparency,
-    measured: Admittance | None = None,
+    name: str, found: Transparency, measured: Admittance | None = None,
     model: Complex | None = None,
-) -> dict[str, Any]:
+) -> dict[str, Any]:  # fmt: skip
     """Return the document of ``--json``; ``model`` is that at the frequencies measured."""
     compared = None
-    if measured is not None and model is not None:
+    if measured is not None:
         trusted = measured.coherence >= TRUSTED
-        error = np.abs(measured.admittance - model)[trusted] / np.abs(model)[trusted]
+        error = np.zeros(0)
+        if model is not None:
+            error = np.abs(measured.admittance - model)[trusted] / np.abs(model)[trusted]
         compared = {
             "points": len(measured.frequency_hz),
             "trusted": int(trusted.sum()),
@@ -46,6 +49,7 @@ def answer(
         "scenario": name,
         "user": found.user,
         "axis": found.axis + 1,
+        "source": found.source,
         **dataclasses.asdict(found.rendered),
         "ideal": dataclasses.asdict(found.ideal),
         "measured": compared,
@@ -60,14 +64,8 @@ def sentences(document: dict[str, Any]) -> list[str]:
         (f"{document['user']}, through the link", document),
         ("ideal", document["ideal"]),
     ):
-        parts = [
-            f"{name} {rendered[key]:.4g} {unit}"
-            for name, key, unit in RENDERED
-            if rendered[key] is not None
-        ]
-        peak = rendered["first_peak_hz"]
-        parts.append("no resonance" if peak is None else f"first resonance {peak:.4g} Hz")
-        found.append(f"{who}: {', '.join(parts)}")
+        none = document["source"] == "model" and rendered["first_peak_hz"] is None
+        found.append(f"{who}: {rendered_words(rendered)}{', no resonance' if none else ''}")
     if (seen := document["measured"]) is not None:
         error = "unknown" if seen["error_median"] is None else f"{seen['error_median']:.2%}"
         found.append(
@@ -76,6 +74,13 @@ def sentences(document: dict[str, Any]) -> list[str]:
             f"deviation from the model {error}"
         )
     return found + [f"  {note}" for note in document["notes"]]
+
+
+def rendered_words(found: Mapping[str, Any]) -> str:
+    """Return what is known of a :class:`Rendering`, by name, in words."""
+    rows = ((text, [found[name] for name in names]) for text, names in RENDERED)
+    known = ((text, numbers) for text, numbers in rows if None not in numbers)
+    return ", ".join(text.format(*(round(n, 4) + 0.0 for n in each)) for text, each in known)
 
 
 def write(folder: Path, found: Transparency, measured: Admittance | None) -> list[Path]:

@@ -11,8 +11,9 @@ is the entry of the admittance matrix on its diagonal.
 **Ideal**: the same device, contact and object with direct coupling at every tick and no delay.
 
 **Rendered**, as limits at rest: stiffness f/x [N/m], with waves 1/k = 1/K_contact + tau/(2b), tau
-the lag once around; damping, the slope of Im(f/x) over w, pressing [N s/m]; mass, -Re(f/x)/w^2
-with nothing touched, device included [kg], b tau/2 of it the link's.
+the lag once around; damping, the slope of Im(f/x) over w, pressing [N s/m]; with nothing touched
+mass, -Re(f/x)/w^2 [kg], and damping, Im(f/x)/w [N s/m], the force acting half a tick after its
+sample: with the device and, less its own, of the link alone (with waves b tau/2 and none).
 """
 
 import dataclasses
@@ -32,7 +33,7 @@ from pmwvc_analysis.transparency.pressing import press_notes, pressing
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex
-from pmwvc_core.params import LinkParams
+from pmwvc_core.params import DeviceParams, LinkParams
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -47,8 +48,11 @@ class Rendering:
 
     admittance_dc: float | None = None  # [m/N]
     k_felt: float | None = None  # [N/m]
-    b_felt: float | None = None  # [N s/m]
-    mass_felt: float | None = None  # [kg]
+    b_felt: float | None = None  # pressing [N s/m]
+    mass_felt: float | None = None  # with nothing touched [kg], and likewise
+    b_free: float | None = None  # [N s/m]
+    mass_link: float | None = None  # without the device [kg]
+    b_link: float | None = None  # [N s/m]
     first_peak_hz: float | None = None
 
 
@@ -64,6 +68,7 @@ class Transparency:
     rendered: Rendering
     ideal: Rendering
     notes: list[str]
+    source: str = "model"  # or "measured", by simulated sessions: without curves
 
     @property
     def impedance(self) -> Complex:
@@ -72,13 +77,9 @@ class Transparency:
 
 
 def transparency(
-    scenario: Scenario,
-    frequency_hz: Array | None = None,
-    *,
-    user: int = 0,
-    axis: int = 0,
+    scenario: Scenario, frequency_hz: Array | None = None, *, user: int = 0, axis: int = 0,
     live: bool = False,
-) -> Transparency:
+) -> Transparency:  # fmt: skip
     """Return the admittance transmitted to one user along an axis, at frequencies that are by
     default 0.1 Hz to a quarter of the tick rate. Grip contacts are taken as touching. PmwvcError
     if the session is not stable, or something in it is not linear.
@@ -114,16 +115,9 @@ def transparency(
         )
     if not balanced:
         notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
-    return Transparency(
-        user=scenario.users[user].name,
-        axis=axis,
-        frequency_hz=np.asarray(frequency_hz, dtype=float),
-        admittance=response(model, frequency_hz, user=user, forces=forces, axis=axis),
-        ideal_admittance=ideal_admittance,
-        rendered=link,
-        ideal=ideal,
-        notes=notes,
-    )
+    frequency_hz, name = np.asarray(frequency_hz, dtype=float), scenario.users[user].name
+    admittance = response(model, frequency_hz, user=user, forces=forces, axis=axis)
+    return Transparency(name, axis, frequency_hz, admittance, ideal_admittance, link, ideal, notes)
 
 
 def ideal_of(scenario: Scenario) -> Scenario:
@@ -165,12 +159,23 @@ def _rendered(model: LinearLoop, user: int, axis: int, forces: Array) -> Renderi
     frequency = low_hz(peak)
     omega = 2.0 * np.pi * frequency
     pressed = response(model, frequency, forces=forces, **of)
-    dc = damping = mass = None
+    dc = damping = mass = b_free = None
     if abs(pressed[1] - pressed[0]) <= STEADY * abs(pressed[0]):
         dc = limit_at_rest(pressed.real)
         damping = limit_at_rest((1.0 / pressed).imag / omega)
     free = build(untouched(model.scenario), live=model.live)
     if stable(spectral_radius(free)):
-        moved = response(free, frequency, **of)
-        mass = limit_at_rest(-(1.0 / moved).real / omega**2)
-    return Rendering(dc, None if dc is None or dc <= 0.0 else 1.0 / dc, damping, mass, peak)
+        moved = np.exp(-0.5j * omega * model.tick_s) / response(free, frequency, **of)
+        mass, b_free = limit_at_rest(-moved.real / omega**2), limit_at_rest(moved.imag / omega)
+    k_felt = None if dc is None or dc <= 0.0 else 1.0 / dc
+    link = of_link(model.scenario.users[user].device, mass, b_free)
+    return Rendering(dc, k_felt, damping, mass, b_free, *link, peak)
+
+
+def of_link(
+    device: DeviceParams, mass: float | None, damping: float | None
+) -> tuple[float | None, float | None]:
+    """Return mass and damping less the device's own; None with friction, which is neither."""
+    if mass is None or damping is None or device.friction > 0.0:
+        return None, None
+    return mass - float(device.mass), damping - float(device.damping)

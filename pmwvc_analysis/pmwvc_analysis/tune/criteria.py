@@ -140,22 +140,14 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     if k_ratio and m_ratio and not own.k_felt is own.mass_felt is None:
         cost = float(cost_of(k_ratio, m_ratio, noise if velocity_step(scenario) else 0.0))
     return Rating(
-        choice=choice,
-        stable=stable(max(in_touch, free)),
-        spectral_radius=in_touch,
-        free_radius=free,
-        linear=linear,
-        live=live,
+        choice=choice, stable=stable(max(in_touch, free)), spectral_radius=in_touch,
+        free_radius=free, linear=linear, live=live,
         passive=prediction.passive(chosen),
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),
-        k_felt=own.k_felt,
-        k_ideal=k_ideal,
-        mass_felt=own.mass_felt,
-        mass_ideal=mass_ideal,
-        noise_n=noise,
-        cost=cost,
-    )
+        k_felt=own.k_felt, k_ideal=k_ideal, mass_felt=own.mass_felt, mass_ideal=mass_ideal,
+        noise_n=noise, cost=cost,
+    )  # fmt: skip
 
 
 def radii_of(scenario: Scenario, *, live: bool) -> tuple[Scenario, float, float]:

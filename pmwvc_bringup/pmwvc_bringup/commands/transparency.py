@@ -18,7 +18,7 @@ from pmwvc_core.errors import PmwvcError
     cli.JSON,
 )
 def transparency_(arguments: argparse.Namespace) -> cli.Result:
-    """Compute the stiffness, damping and mass rendered to a user, beside an ideal link.
+    """Tell the stiffness, damping and mass rendered to a user, beside an ideal link.
 
     examples:
       pmwvc transparency carry_16ms
@@ -27,14 +27,17 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
       pmwvc transparency cube_3d --axis 2
       pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/rendered
 
-    A session folder adds the estimate from its recording (operator.kind chirp, sinusoid or a
-    replayed force). --out writes transparency.png, .svg, .csv, .npz, .mat and .json.
+    From the exact model; where no linear model holds (tdpa, pspm, stored energy for position
+    feedback, friction), measured by a simulated press and swing. A session folder adds the
+    estimate from its recording (operator.kind chirp, sinusoid or a replayed force). --out, of the
+    model only, writes transparency.png, .svg, .csv, .npz, .mat and .json.
 
-    Keys of --json: scenario, user, axis (1: x), admittance_dc (m/N at rest), k_felt (its inverse),
-    b_felt (N s/m, pressing, device included), mass_felt (kg, nothing touched, device included),
-    first_peak_hz, ideal (the same five for direct coupling at every tick, no delay), measured
+    Keys of --json: scenario, user, axis (1: x), source (model or measured), admittance_dc (m/N at
+    rest), k_felt (its inverse), b_felt (N s/m, pressing, device included); nothing touched:
+    mass_felt (kg) and b_free (N s/m), device included, mass_link and b_link, without it;
+    first_peak_hz; ideal (the same eight for direct coupling at every tick, no delay), measured
     (null, or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes.
-    null: no such limit exists.
+    null: no such limit exists, or it is unknown.
     """
     folder = Path(arguments.scenario)
     recorded = folder.is_dir()
@@ -53,16 +56,15 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
         text = "a recording is measured along axis 1; ask the model with"
         raise PmwvcError(f"--axis {arguments.axis}: {text} {arguments.scenario}")
     index = names.index(whose)
-    import numpy as np
-
+    from pmwvc_analysis.compare.probes import measured_transparency
+    from pmwvc_analysis.models.linear import NonlinearError
     from pmwvc_analysis.models.linearize import build
     from pmwvc_analysis.transparency.answer import answer, sentences
     from pmwvc_analysis.transparency.frequency import response
     from pmwvc_analysis.transparency.pressing import pressing
     from pmwvc_analysis.transparency.transparency import transparency
 
-    measured, model, live = None, None, arguments.live
-    factors: list[float] = []
+    measured, model, factors, live = None, None, list[float](), arguments.live
     if recorded:
         from pmwvc_analysis.recording.reader import read_session
         from pmwvc_analysis.transparency.measured import measure, pattern
@@ -76,17 +78,22 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
         measured = measure(by_name[whose], scenario.users[index])
         factors = pattern(traces.users, scenario, index)
     with doing("computing what is rendered"):
-        found = transparency(scenario, user=index, axis=axis, live=live)
-    if measured is not None:
+        try:
+            found = transparency(scenario, user=index, axis=axis, live=live)
+        except NonlinearError as error:
+            if arguments.out or axis:
+                raise
+            found = measured_transparency(scenario, index, error)
+    if measured is not None and found.source == "model":
         steady = pressing(scenario, index)
-        forces = np.zeros_like(steady)
+        forces = 0.0 * steady
         forces[:, 0] = factors
-        if not np.array_equal(forces, steady):
+        if (forces != steady).any():
             shares = f"per N of {whose}: {', '.join(f'{f:.3g}' for f in factors)}."
             how = "Measured and modelled beside it: with the forces of the session,"
             found.notes.append(f"{how} {shares}")
-        exact = build(scenario, live=live)
-        model = response(exact, measured.frequency_hz, user=index, forces=forces)
+        at_hz = measured.frequency_hz
+        model = response(build(scenario, live=live), at_hz, user=index, forces=forces)
     result = answer(scenario.name, found, measured, model)
     print(*sentences(result), sep="\n")
     if arguments.out:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import server_allowance_j
+from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.verdicts import stability
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
@@ -36,8 +37,7 @@ class Notices:
     """The newest notices of a session."""
 
     def __init__(self) -> None:
-        self._texts: deque[str] = deque(maxlen=MOST)
-        self._time_s = 0.0
+        self._texts, self._time_s = deque[str](maxlen=MOST), 0.0
 
     def texts(self) -> list[str]:
         """Return the notices, oldest first."""
@@ -81,14 +81,13 @@ AT_LIMIT = 0.999
 class Judge:
     """The report's judge on the newest seconds. ``why`` tells what makes the session unstable as
     of now, empty: nothing does; ``was`` what did last, and until when [s]; ``limited`` whose force
-    is at its largest [N].
+    is at its largest [N]; ``felt``: what each user felt, in words.
     """
 
     def __init__(self, tape: Tape) -> None:
-        self._tape = tape
-        self._since_s, self._judged_s = -math.inf, -JUDGED_S
+        self._tape, self._since_s, self._judged_s = tape, -math.inf, -JUDGED_S
         self.why, self.was = "", ("", 0.0)
-        self.limited: dict[str, float] = {}
+        self.limited, self.felt = dict[str, float](), dict[str, str]()
 
     def changed(self) -> None:
         """Begin anew: what was before a change of parameters says nothing of what is."""
@@ -108,12 +107,12 @@ class Judge:
         if self.why and not unstable:
             self.was = self.why, now_s
         self.why, self.limited = unstable, {}
-        for user in scenario.users:
-            force_n = user.safety.max_force
-            own = next((each for each in traces.users if each.name == user.name), None)
-            if own is not None and (late := own.f_applied[own.time_s > now_s - LATE_S]).size:
-                if np.mean(np.linalg.norm(late, axis=-1) >= AT_LIMIT * force_n) > 0.5:
-                    self.limited[user.name] = force_n
+        most_n = {user.name: user.safety.max_force for user in scenario.users}
+        for own in traces.users:
+            late_n = np.linalg.norm(own.f_applied[own.time_s > now_s - LATE_S], axis=-1)
+            if late_n.size and np.mean(late_n >= AT_LIMIT * most_n[own.name]) > 0.5:
+                self.limited[own.name] = most_n[own.name]
+            self.felt[own.name] = felt_words(felt(traces, own, now)._asdict())
 
     def traces(self, scenario: Scenario, *, live: bool) -> SessionTraces:
         """Return what is kept."""
@@ -121,8 +120,8 @@ class Judge:
         users = tape.user_traces(since_s)
         duration_s = max((float(each.time_s[-1]) + each.tick_s for each in users), default=0.0)
         server = tape.server_traces(since_s, scenario.server.period_s)
-        links = tape.links(scenario, since_s)
-        return SessionTraces("live" if live else "simulated", duration_s, users, server, links)
+        source, links = "live" if live else "simulated", tape.links(scenario, since_s)
+        return SessionTraces(source, duration_s, users, server, links)
 
 
 WORDS = ("starting", "coupled", "damping", "fault")
@@ -145,14 +144,14 @@ def verdict(
     level, sentence = _judged(users, judge, storage_j, exact_hands, active)
     if black_box and level == GOOD:
         level, sentence = UNKNOWN, f"{sentence} What its port withholds is judged by the report."
-    states, earlier = {}, []
+    states = {}
     for name, user in users.items():
         word = "no data" if user.state is None else WORDS[user.state]
         note = "; ".join(filter(None, (user.kept_apart, _left_out(user))))
-        states[name] = {"state": word, "reason": user.reason, "note": note}
+        about = {"state": word, "reason": user.reason, "note": note}
+        states[name] = about | {"felt": judge.felt.get(name, "")}
     why, until_s = judge.was
-    if why:
-        earlier.append(f"Not stable until {until_s:.0f} s, {why}.")
+    earlier = [f"Not stable until {until_s:.0f} s, {why}."] if why else []
     return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
 

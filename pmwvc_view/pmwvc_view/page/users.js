@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 PMWVC contributors
 // SPDX-License-Identifier: Apache-2.0
 // A card per user: who holds the handle, the state of the master in a word, the force, and the
-// buttons to take hold and to let go. Below them the price of the delay, while things are at rest.
+// buttons to take hold and to let go. Below them the price of the delay, while things are at rest,
+// and what the hand has felt in the newest seconds.
 
 import { disturbed, milli, number, spaced, stateOf } from "./words.js";
 
@@ -49,7 +50,8 @@ export class Users {
     this.written_ms = now_ms;
     this.session.users.forEach((user, index) => {
       this.write(user, index);
-      this.cards[index].price.replaceChildren(...priceOf(this.session, user));
+      const { felt } = stateOf(this.session, user.name);
+      this.cards[index].price.replaceChildren(...priceOf(this.session, user), felt ? `; ${felt}` : "");
     });
   }
 

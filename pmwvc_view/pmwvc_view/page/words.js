@@ -32,7 +32,7 @@ export function stateOf(session, name) {
   const reported = session.text.users[name];
   if (reported?.state) return reported;
   const word = session.states.master[session.value(`${name}.state`)];
-  return { state: word ?? "no data", reason: "", note: "" };
+  return { state: word ?? "no data", reason: "", note: "", felt: "" };
 }
 
 /** True where a state is one that a person has to see. */
