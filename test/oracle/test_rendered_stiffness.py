@@ -15,7 +15,7 @@ from support.pressed_wall import wall
 
 from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.stability import radii
-from pmwvc_analysis.prediction.lag import lag_s, rendered_stiffness, transformer
+from pmwvc_analysis.prediction.lag import lag_s, rendered_mass, rendered_stiffness, transformer
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.report.story import story
@@ -85,6 +85,20 @@ def test_stiffness_and_mass_are_those_of_the_exact_model(
     of_the_device = mass + 3.0 * 0.5e-3  # b_hd T_c/2: its force is held
     free = lag_s(user, scenario, live=live, touching=False)
     assert impedance * free / 2.0 + of_the_device == pytest.approx(m_felt, rel=1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize("live", [False, True])
+@pytest.mark.parametrize(("m", "steps"), [(8, 8), (4, 8), (8, 4), (1, 1)])
+def test_stiffness_and_mass_of_the_strict_channel_are_those_of_the_exact_model(m, steps, live):
+    """With nothing touched the lag is a tick less; the control is the tick, 2 % of the mass."""
+    changes = {"master.rate_drop": m, "server.period_s": steps * 1e-3, "link.delay_s": 0.016}
+    scenario = wall(channel="strict", **changes)
+    user, found = scenario.users[0], transparency(scenario, np.ones(1), live=live).rendered
+    in_touch = rendered_stiffness(user, lag_s(user, scenario, live=live))
+    assert in_touch == pytest.approx(found.k_felt, rel=1e-5)
+    mass = rendered_mass(user, scenario, live=live)
+    assert mass == pytest.approx(found.mass_link, rel=1e-4)
+    assert mass + 25.0 * 0.5e-3 != pytest.approx(found.mass_link, rel=1e-2)
 
 
 @pytest.mark.parametrize("server", [25.0, 40.0, 12.0])

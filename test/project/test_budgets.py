@@ -53,7 +53,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_683, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_071,
+        5_070,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -75,7 +75,7 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_711, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_709, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(4_039, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_186, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),

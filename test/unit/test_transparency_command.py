@@ -30,11 +30,12 @@ def test_json_is_one_document_with_the_documented_keys():
     done = run("transparency", "carry_16ms", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    others = {"scenario", "user", "axis", "source", "ideal", "measured", "notes"}
+    others = {"scenario", "user", "axis", "source", "ideal", "measured", "notes", "felt"}
     assert set(found) == FELT | others
     assert set(found["ideal"]) == FELT
     assert found["k_felt"] * found["admittance_dc"] == pytest.approx(1.0)
     assert found["k_felt"] < found["ideal"]["k_felt"]
+    assert found["felt"]["dropout_s"] == 0.0 and 0.0 < found["felt"]["buzz_n"] < 0.2
     assert any("Grip" in note for note in found["notes"])
 
 
@@ -102,7 +103,10 @@ def test_a_recorded_session_stands_beside_its_model(tmp_path, channel):
     assert done.returncode == 0, done.stderr
     done = run("transparency", session, "--out", out, "--json")
     assert done.returncode == 0, done.stderr
-    measured = json.loads(done.stdout)["measured"]
+    said = json.loads(done.stdout)
+    measured = said["measured"]
+    whole = json.loads((session / "summary.json").read_text("utf-8"))["users"][0]
+    assert said["felt"] == {name: whole[name] for name in said["felt"]}
     assert measured["error_median"] < 0.01
     assert measured["trusted"] == measured["points"]
     assert (out / "transparency_measured.csv").is_file()

@@ -13,8 +13,9 @@ tick later than its sample; without accounting for that a mass would read as a d
 the fit, or does not follow the force, has no mass and no damping.
 
 **Steady press**: the force goes to F1, to F2 and back to F1, against the opposite users where
-there are any, and k = (F2 - F1)/(x2 - x1). A device that still moves in the last second of a hold,
-or does not come back, has no stiffness at rest.
+there are any and an object so heavy that it stays; k = (F2 - F1)/(x2 - x1) of the means over the
+last second of each hold. A device whose mean still moves within it, or that does not come back,
+has no stiffness at rest, nor has a user who is alone with an object.
 """
 
 from dataclasses import asdict, replace
@@ -49,6 +50,7 @@ COHERENT, SETTLED = 0.9, 0.05
 PRESS_N = (0.5, 1.0)
 RISE_S, HOLD_S = 1.0, 4.0
 AT_REST, BACK = 0.02, 0.05  # of the step: motion in the last second, distance on return
+HELD_KG, HELD_N_S_M = 1e3, 1e3  # of an object that stays where forces balance
 START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
 UNKNOWN = "nothing is known"
@@ -57,9 +59,7 @@ INCOHERENT = "mass and damping unknown (motion does not cohere, or half a second
 
 
 class FreeSpace(NamedTuple):
-    """Mass [kg] and damping [N s/m] rendered with nothing touched at a frequency [Hz], with the
-    device and without it (None: it has friction).
-    """
+    """Mass [kg], damping [N s/m] with nothing touched at [Hz]; None: the device has friction."""
 
     mass_kg: float
     damping_n_s_m: float
@@ -90,7 +90,7 @@ def free_space(scenario: Scenario) -> FreeSpace | None:
     ticks = 2 * half + round(2.0 * np.pi * SETTLE_PERIODS / angle)
     size = min(SWING_N, SPEED_M_S * omega * float(first.device.mass))
     force = size * np.cos(angle * np.arange(ticks))
-    found = _responses(alone, {first.name: force}, ticks * scenario.tick_s + START_S)
+    found = _responses(alone, {first.name: force})
     if found is None:
         return None
     applied, moved = (values[-2 * half :] for values in found)
@@ -121,27 +121,25 @@ def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
 
 def pressed_stiffness(scenario: Scenario) -> float | None:
     """Return the stiffness of a steady press [N/m]; None where the device never rests in one."""
-    forces = pressing(scenario, 0)
+    tick_s, first, forces = scenario.tick_s, scenario.users[0], pressing(scenario, 0)
     if scenario.environment.movable and not np.any(forces[1:]):
         return None
-    tick_s, first = scenario.tick_s, scenario.users[0]
+    held = replace(scenario.server, object_mass=HELD_KG, object_damping=HELD_N_S_M)
     settle_s = HOLD_S + 4.0 * (mean_s(first.link_up) + mean_s(first.link_down))
     knots_s = np.cumsum([0.0, *[RISE_S, settle_s] * 3])
     levels = [0.0, *[PRESS_N[0]] * 2, *[PRESS_N[1]] * 2, *[PRESS_N[0]] * 2]
-    course = np.interp(np.arange(0.0, knots_s[-1], tick_s), knots_s, levels)
-    pushes = {
-        user.name: np.multiply.outer(course, -first.side * np.atleast_1d(force))
-        for user, force in zip(scenario.users, forces, strict=True)
-    }
-    found = _responses(_roomy(scenario), pushes, float(knots_s[-1]) + START_S)
+    course = -first.side * np.interp(np.arange(0.0, knots_s[-1], tick_s), knots_s, levels)
+    pushes = (np.multiply.outer(course, force) for force in forces)
+    each_n = {user.name: push for user, push in zip(scenario.users, pushes, strict=True)}
+    found = _responses(_roomy(replace(scenario, server=held)), each_n)
     if found is None:
         return None
-    x = -first.side * found[1]
-    ends, second = [round(knot / tick_s) - 1 for knot in knots_s[2::2]], round(1.0 / tick_s)
-    one, two, again = (float(x[end]) for end in ends)
-    step = two - one
-    crept = max(float(np.ptp(x[end - second : end + 1])) for end in ends)
-    if step <= 0.0 or crept > AT_REST * step or abs(again - one) > BACK * step:
+    x, half = -first.side * found[1], round(0.5 / tick_s)
+    ends = [round(knot / tick_s) for knot in knots_s[2::2]]
+    one, two, again = (x[end - 2 * half : end].reshape(2, half).mean(axis=1) for end in ends)
+    step = float(two.mean() - 0.5 * (one.mean() + again.mean()))
+    crept = max(float(np.ptp(each)) for each in (one, two, again))
+    if step <= 0.0 or crept > AT_REST * step or abs(again.mean() - one.mean()) > BACK * step:
         return None
     return (PRESS_N[1] - PRESS_N[0]) / step
 
@@ -180,20 +178,18 @@ def _roomy(scenario: Scenario) -> Scenario:
     return replace(of, task=replace(of.task, kind="free"))
 
 
-def _responses(
-    scenario: Scenario, forces: dict[str, Array], duration_s: float
-) -> tuple[Array, Array] | None:
+def _responses(scenario: Scenario, forces: dict[str, Array]) -> tuple[Array, Array] | None:
     """Return the first user's force [N] and position [m] while pushed; None where it diverged."""
     forces = {name: force.reshape(len(force), -1) for name, force in forces.items()}
     once = partial(recorded_params, axes=scenario.dof, repeat=False, early=False)
     hands = {name: (RecordedForce(0), once(force)) for name, force in forces.items()}
-    of = replace(scenario, duration_s=duration_s)
+    wanted = forces[scenario.users[0].name][:, 0]
+    of = replace(scenario, duration_s=len(wanted) * scenario.tick_s + START_S)
     user = simulate_one(of, Conditions(hands=hands)).users[0]
     applied, x = user.f_h[:, 0], user.x_m[:, 0]
     begun = np.flatnonzero(applied != 0.0)
     if not np.isfinite(x).all() or not len(begun):
         return None
-    wanted = forces[scenario.users[0].name][:, 0]
     begin = int(begun[0]) - int(np.flatnonzero(wanted != 0.0)[0])
     rows = slice(begin, begin + len(wanted))
     return (applied[rows], x[rows]) if len(x[rows]) == len(wanted) else None

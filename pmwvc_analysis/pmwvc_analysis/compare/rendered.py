@@ -5,11 +5,11 @@
 Stiffness and first resonance of x/f are from the exact model where one holds and leaves no effect
 of the links out; else from the chirp of the session: a series k - m w^2 + c w^4 is fitted to the
 trusted values of Re(f/x) below the first peak, each with the weight of its coherence
-gamma^2/(1 - gamma^2); else from a simulated press (:mod:`.probes`).
+gamma^2/(1 - gamma^2); else from a simulated press (:mod:`.probes`), with the model's curve.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -45,24 +45,26 @@ NOTHING = RenderedCurve()
 
 def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> RenderedCurve:
     """Return stiffness and resonance rendered to the first user in a session."""
-    found = None if left_out(scenario) else _modelled(scenario, live=live)
-    found = found or measured_rendering(traces, scenario)
-    if found is None and (stiffness := pressed_stiffness(scenario)) is not None:
-        found = RenderedCurve("press", stiffness)
-    return found or NOTHING
+    model = _modelled(scenario, live=live)
+    if model.source and not left_out(scenario):
+        return model
+    if (found := measured_rendering(traces, scenario)) is not None:
+        return found
+    k = pressed_stiffness(scenario)
+    return replace(model, source="press" if k else "", k_felt=k, first_peak_hz=None)
 
 
 def ideal_rendering(scenario: Scenario) -> RenderedCurve:
     """Return the same for direct coupling at every tick without delay."""
-    return _modelled(ideal_of(scenario), live=False) or NOTHING
+    return _modelled(ideal_of(scenario), live=False)
 
 
-def _modelled(scenario: Scenario, *, live: bool) -> RenderedCurve | None:
+def _modelled(scenario: Scenario, *, live: bool) -> RenderedCurve:
     highest = min(SHOWN_HZ[1], 0.25 / scenario.tick_s)
     try:
         found = transparency(scenario, np.geomspace(SHOWN_HZ[0], highest, 300), live=live)
     except (PmwvcError, np.linalg.LinAlgError):  # not linear, not stable, or singular
-        return None
+        return NOTHING
     own, size = found.rendered, np.abs(found.admittance)
     return RenderedCurve("model", own.k_felt, own.first_peak_hz, found.frequency_hz, size)
 

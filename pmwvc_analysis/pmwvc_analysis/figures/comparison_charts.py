@@ -171,5 +171,5 @@ def admittances(entries: Sequence[Compared]) -> list[Chart]:
     panel = OVER_FREQUENCY("|x / f| [m/N]", lines, dots, y_log=True, height=315.0)
     caption = "Motion of the device per force of the hand; low is stiff, a peak is a resonance."
     title = "Transmitted admittance of the first user"
-    note = "lines: exact model · rings: from the chirp of the session"
+    note = "lines: exact model, each packet after delay_s · rings: from the chirp of the session"
     return [Chart("admittance", "Rendered to the first user", caption, [panel], title, note)]

@@ -23,7 +23,7 @@ On the strict channel, without filter, rate drop and hold, a playout follows how
 by the greatest age a of the newest packet at a step of the server, and the delay d down, where
 delays are constant. A step's wave is taken and answered as a whole, half a step late each way:
 
-    tau = a + d + T_VE
+    tau = a + d + T_VE,    with nothing touched T_c less
 
 Else it settles at the lateness L with r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S
 (``law.channel.pace``): from the mean (sqrt(r) - 1)/(sqrt(r) + 1) of the way to the longest delay
@@ -106,7 +106,8 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     """
     master, lead = user.master, lead_s(scenario) if touching else 0.0
     if scenario.strict:
-        return float(strict_lag_s(user, scenario, live=live) - lead)
+        early_s = 0.0 if touching or master.bank.is_on else master.tick_s
+        return float(strict_lag_s(user, scenario, live=live) - lead - early_s)
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     lag += slow_lags(master)[0 if touching else 1] + master.bank.lag_s
     lag += master.tick_s  # the packet leaves one tick after the output it carries

@@ -33,9 +33,7 @@ def answer(
     compared = None
     if measured is not None:
         trusted = measured.coherence >= TRUSTED
-        error = np.zeros(0)
-        if model is not None:
-            error = np.abs(measured.admittance - model)[trusted] / np.abs(model)[trusted]
+        error: Any = [] if model is None else np.abs(measured.admittance / model - 1.0)[trusted]
         compared = {
             "points": len(measured.frequency_hz),
             "trusted": int(trusted.sum()),

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 
 HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
+MOST_STIFF = "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)"
+DAMPINGS = "contact dampings in N s/m: the largest stiffness for each (Z-width)"
 
 
 def _numbers(text: str) -> list[float]:
@@ -31,18 +33,8 @@ def _numbers(text: str) -> list[float]:
 
 @cli.command(
     *cli.MODEL,
-    cli.argument(
-        "--bound",
-        "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)",
-        type=float,
-        metavar="K",
-    ),
-    cli.argument(
-        "--damping",
-        "contact dampings in N s/m: the largest stiffness for each (Z-width)",
-        type=_numbers,
-        metavar="B,...",
-    ),
+    cli.argument("--bound", MOST_STIFF, type=float, metavar="K"),
+    cli.argument("--damping", DAMPINGS, type=_numbers, metavar="B,..."),
     cli.JSON,
 )
 def stability(arguments: argparse.Namespace) -> cli.Result:

@@ -3,11 +3,14 @@
 """``pmwvc transparency``: the rendering of a link, from the model and from a recording."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, write_answer
 from pmwvc_core.errors import PmwvcError
+
+MOST_S = 10.0  # of a session that is simulated
 
 
 @cli.command(
@@ -28,7 +31,8 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
       pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/rendered
 
     From the exact model; where no linear model holds (tdpa, pspm, stored energy for position
-    feedback, friction), measured by a simulated press and swing. A session folder adds the
+    feedback, friction), measured by a simulated press and swing. Buzz, steps and dropouts of the
+    force are those of the session, simulated for 10 s at most. A session folder adds the
     estimate from its recording (operator.kind chirp, sinusoid or a replayed force). --out, of the
     model only, writes transparency.png, .svg, .csv, .npz, .mat and .json.
 
@@ -36,7 +40,8 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
     rest), k_felt (its inverse), b_felt (N s/m, pressing, device included); nothing touched:
     mass_felt (kg) and b_free (N s/m), device included, mass_link and b_link, without it;
     first_peak_hz; ideal (the same eight for direct coupling at every tick, no delay), measured
-    (null, or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes.
+    (null, or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes,
+    felt (buzz_n, force_step_max_n, blows, dropout_s and more: docs/file_format.md, of a user).
     null: no such limit exists, or it is unknown.
     """
     folder = Path(arguments.scenario)
@@ -59,31 +64,32 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_analysis.compare.probes import measured_transparency
     from pmwvc_analysis.models.linear import NonlinearError
     from pmwvc_analysis.models.linearize import build
+    from pmwvc_analysis.recording.reader import read_session
+    from pmwvc_analysis.traces.felt import felt, felt_words
     from pmwvc_analysis.transparency.answer import answer, sentences
     from pmwvc_analysis.transparency.frequency import response
+    from pmwvc_analysis.transparency.measured import measure, pattern
     from pmwvc_analysis.transparency.pressing import pressing
     from pmwvc_analysis.transparency.transparency import transparency
+    from pmwvc_core.simulation.session import simulate_one
 
-    measured, model, factors, live = None, None, list[float](), arguments.live
-    if recorded:
-        from pmwvc_analysis.recording.reader import read_session
-        from pmwvc_analysis.transparency.measured import measure, pattern
-
-        with doing("reading the recording"):
-            traces = read_session(folder)
-        live = live or traces.live
-        by_name = {user.name: user for user in traces.users}
-        if whose not in by_name:
-            raise PmwvcError(f"{folder}: no trace of {whose} was recorded")
-        measured = measure(by_name[whose], scenario.users[index])
-        factors = pattern(traces.users, scenario, index)
+    measured, model = None, None
     with doing("computing what is rendered"):
+        traces = read_session(folder) if recorded else None
+        live = arguments.live or bool(traces and traces.live)
         try:
             found = transparency(scenario, user=index, axis=axis, live=live)
         except NonlinearError as error:
             if arguments.out or axis:
                 raise
             found = measured_transparency(scenario, index, error)
+        short = replace(scenario, duration_s=min(scenario.duration_s, MOST_S))
+        traces = traces or simulate_one(short)
+    if (own := {user.name: user for user in traces.users}.get(whose)) is None:
+        raise PmwvcError(f"{folder}: no trace of {whose} was recorded")
+    if recorded:
+        measured = measure(own, scenario.users[index])
+        factors = pattern(traces.users, scenario, index)
     if measured is not None and found.source == "model":
         steady = pressing(scenario, index)
         forces = 0.0 * steady
@@ -95,7 +101,9 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
         at_hz = measured.frequency_hz
         model = response(build(scenario, live=live), at_hz, user=index, forces=forces)
     result = answer(scenario.name, found, measured, model)
-    print(*sentences(result), sep="\n")
+    result["felt"] = felt(traces, own, scenario)._asdict()
+    words = f"{whose}, {'recorded' if recorded else 'simulated'}: {felt_words(result['felt'])}"
+    print(*sentences(result), words, sep="\n")
     if arguments.out:
         from pmwvc_analysis.figures.model_charts import transparency as chart
         from pmwvc_analysis.transparency.answer import NAME, write
