@@ -205,6 +205,15 @@ def test_defaults_lie_within_the_ranges_searched():
         assert all(low < defaults[leaf] < high for leaf, (low, high) in module.RANGES.items())
 
 
+def test_a_sum_counts_from_when_it_is_first_heard_and_not_across_lives():
+    s, gained = energy.received(energy.Received(), 0.3)
+    rows = [gained]
+    for sum_j in (0.3, 0.5, 0.1, 0.2):  # repeated, grown, started again, grown
+        s, gained = energy.received(s, sum_j)
+        rows.append(gained)
+    assert rows == pytest.approx([0.0, 0.0, 0.2, 0.0, 0.1])
+
+
 def test_two_tanks_that_share_become_equal_and_nothing_is_lost():
     """Simple energy transfer: after n steps apart H (1 - beta)^n is left; joined, H/2 each."""
     p = two_layer.Gains(transfer_s=0.1)

@@ -41,8 +41,8 @@ from pmwvc_core.params.fields import Validated, parameter
 RANGES = {
     "damping": (0.3, 20.0),
     "reserve_j": (1e-4, 0.1),
-    "stiffness": (50.0, 5000.0),
-    "coupling_damping": (0.3, 30.0),
+    "stiffness": (200.0, 5000.0),
+    "coupling_damping": (1.0, 30.0),
 }
 
 
@@ -50,7 +50,7 @@ RANGES = {
 class Gains(Validated):
     """Both ends."""
 
-    damping: float = parameter(3.0, "> 0 N s/m", "damper whose consumption counts, b")
+    damping: float = parameter(6.0, "> 0 N s/m", "damper whose consumption counts, b")
     reserve_j: float = parameter(5e-3, ">= 0 J", "most that is kept of what a tick leaves over")
     stiffness: float = parameter(1000.0, "> 0 N/m", "spring of the avatar to the device")
     coupling_damping: float = parameter(5.0, ">= 0 N s/m", "damper beside it")

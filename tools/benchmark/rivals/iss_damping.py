@@ -6,17 +6,18 @@ form for two ports is that of public teleoperation software).
 The environment is taken for a hysteresis operator whose slope is bounded, 0 <= dF/dx <= mu_max.
 A damping that adapts to that slope releases less than passivity would ask for::
 
-    device:  F = f + tau df/dt            df/dt = (dF/dx) xd: a damping tau dF/dx
+    device:  F = f + tau (dF/dx) xd        without delay: f + tau df/dt
     avatar:  xd_s = xd - (1/mu_max) df/dt
 
 Integrated, the avatar gives way by f/mu_max, so that at rest K is rendered in series with mu_max:
 1/K_felt = 1/K + 1/mu_max. Energy given out is bounded by a constant, not by what was taken in:
 passivity is not claimed.
 
-Adapted: the avatar's equation is solved with its contact, about the position received in place of
-an integral of velocities, which would drift. df/dt is the change between the last two packets,
-over their distance, kept within mu_max |xd|: the bound of the operator, which a force that
-arrives late or in a step would break. The device has local damping, which theirs have.
+Adapted: the slope is that between the last two packets and the places of the device when they
+came, df . dx/|dx|^2, kept within the operator's bound; tau df/dt itself, of a force that is late
+or comes in a step, drives the device. The avatar's equation is solved with its contact, about the
+position received in place of an integral of velocities, which would drift. The device has local
+damping, which theirs have.
 
 The papers were not at hand: how they choose tau and mu_max is not used.
 """
@@ -32,10 +33,11 @@ from pmwvc_core.controllers.plugged import (
     pulled_avatar,
 )
 from pmwvc_core.controllers.record import HELD, Controller
-from pmwvc_core.law.vectors import Vector, length, minus, plus, scaled, shortened, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.params.fields import Validated, parameter
 
-RANGES = {"tau_s": (1e-3, 0.2), "slope_max": (100.0, 5000.0), "local": (0.3, 20.0)}
+LEAST_M2 = 1e-16  # a shorter way has no slope: the one before counts
+RANGES = {"tau_s": (1e-3, 0.1), "slope_max": (100.0, 5000.0), "local": (0.3, 20.0)}
 
 
 @dataclass(frozen=True)
@@ -44,37 +46,39 @@ class Gains(Validated):
 
     tau_s: float = parameter(0.03, ">= 0 s", "time of the device's adapting damping, tau")
     slope_max: float = parameter(850.0, "> 0 N/m", "bound of the environment's slope, mu_max")
-    local: float = parameter(5.0, ">= 0 N s/m", "local damping of the device")
+    local: float = parameter(6.0, ">= 0 N s/m", "local damping of the device")
 
 
-class Slope(NamedTuple):
-    """The force received last and how fast it changed."""
+class Seen(NamedTuple):
+    """The force received last, where the device was then, and the slope."""
 
     force: Vector = ()
-    rate: Vector = ()  # [N/s]
+    x: Vector = ()
+    slope: float = 0.0  # [N/m]
     number: int = 0
 
 
-def changed(s: Slope, tick: DeviceTick) -> Slope:
+def seen(s: Seen, tick: DeviceTick, p: Gains) -> Seen:
     """Take in a packet."""
-    packet, zeros = tick.packet, zero(tick.x)
-    passed = packet.number - s.number
-    if not s.force or tick.silent or passed < 0:
-        return Slope(zeros if tick.silent else packet.wave, zeros, packet.number)
-    if passed == 0:
+    packet, slope = tick.packet, s.slope
+    if tick.silent or not s.force:
+        return Seen(zero(tick.x) if tick.silent else packet.wave, tick.x, 0.0, packet.number)
+    if packet.number == s.number:
         return s
-    rate = scaled(minus(packet.wave, s.force), 1.0 / (passed * packet.period_s))
-    return Slope(packet.wave, rate, packet.number)
+    way = minus(tick.x, s.x)
+    if squared(way) > LEAST_M2:
+        slope = dot(minus(packet.wave, s.force), way) / squared(way)
+    return Seen(packet.wave, tick.x, min(max(slope, 0.0), p.slope_max), packet.number)
 
 
-def device(s: Slope, tick: DeviceTick, p: Gains) -> tuple[Slope, DeviceAnswer]:
-    """F = f + tau df/dt, with local damping."""
-    force = scaled(tick.xd, p.local)
+def device(s: Seen, tick: DeviceTick, p: Gains) -> tuple[Seen, DeviceAnswer]:
+    """Render the force received, and damping by its slope beside the local one."""
+    damping = p.local
     if tick.packet.number > 0:
-        s = changed(s, tick)
-        rate = shortened(s.rate, p.slope_max * length(tick.xd))
-        force = plus(force, plus(s.force, scaled(rate, p.tau_s)))
-    return s, DeviceAnswer(force, tick.xd)
+        s = seen(s, tick, p)
+        damping += p.tau_s * s.slope
+    force = scaled(tick.xd, damping)
+    return s, DeviceAnswer(plus(force, s.force) if s.force else force, tick.xd)
 
 
 def avatar(s: tuple[()], step: AvatarStep, p: Gains) -> tuple[tuple[()], AvatarAnswer]:
@@ -90,7 +94,7 @@ ISS_DAMPING = Controller(
     waves=False,
     device=device,
     avatar=avatar,
-    device_rest=lambda p, axes: Slope(),
+    device_rest=lambda p, axes: Seen(),
     avatar_rest=lambda p, axes: (),
     params=Gains,
     coupling=HELD,

@@ -46,12 +46,12 @@ KEPT = 0.98  # q: of older samples at every step
 LEAST_M = 1e-4  # of depth, to estimate with
 HALVINGS = 12
 RANGES = {
-    "damping": (0.3, 15.0),
-    "update_s": (0.002, 0.2),
-    "guess": (50.0, 2000.0),
+    "damping": (0.5, 15.0),
+    "update_s": (0.002, 0.1),
+    "guess": (100.0, 1000.0),
     "cap_j": (1e-3, 0.3),
-    "stiffness": (100.0, 10000.0),
-    "coupling_damping": (0.3, 30.0),
+    "stiffness": (500.0, 10000.0),
+    "coupling_damping": (1.0, 30.0),
 }
 
 

@@ -33,12 +33,12 @@ from pmwvc_core.params.fields import Validated, parameter
 
 SPEED_M_S = 0.5  # V
 RANGES = {
-    "stiffness": (50.0, 5000.0),
-    "damping": (0.3, 30.0),
-    "local": (0.3, 20.0),
-    "level_j": (1e-3, 0.3),
-    "gain": (50.0, 5000.0),
-    "transfer_s": (0.01, 1.0),
+    "stiffness": (200.0, 5000.0),
+    "damping": (1.0, 30.0),
+    "local": (1.0, 25.0),
+    "level_j": (5e-3, 0.2),
+    "gain": (50.0, 3000.0),
+    "transfer_s": (0.02, 0.5),
 }
 
 
