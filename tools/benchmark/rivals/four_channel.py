@@ -37,8 +37,8 @@ from pmwvc_core.law.vectors import minus, plus, scaled, zero
 from pmwvc_core.params.fields import Validated, parameter
 
 RANGES = {
-    "stiffness": (30.0, 3000.0),
-    "damping": (0.3, 30.0),
+    "stiffness": (100.0, 3000.0),
+    "damping": (1.0, 30.0),
     "forward": (0.05, 0.95),
     "local": (0.3, 20.0),
     "damping_max": (5.0, 100.0),
@@ -49,11 +49,11 @@ RANGES = {
 class Gains(Validated):
     """Channels and passivity controller."""
 
-    stiffness: float = parameter(300.0, "> 0 N/m", "spring between device and avatar, K")
-    damping: float = parameter(3.0, ">= 0 N s/m", "damper beside it, B")
-    forward: float = parameter(0.3, "0..1", "share of the other end's force fed forward, C")
-    local: float = parameter(5.0, ">= 0 N s/m", "local damping of the device")
-    damping_max: float = parameter(25.0, ">= 0 N s/m", "most of the passivity controller")
+    stiffness: float = parameter(500.0, "> 0 N/m", "spring between device and avatar, K")
+    damping: float = parameter(10.0, ">= 0 N s/m", "damper beside it, B")
+    forward: float = parameter(0.5, "0..1", "share of the other end's force fed forward, C")
+    local: float = parameter(1.0, ">= 0 N s/m", "local damping of the device")
+    damping_max: float = parameter(10.0, ">= 0 N s/m", "most of the passivity controller")
 
 
 def device(s: Damper, tick: DeviceTick, p: Gains) -> tuple[Damper, DeviceAnswer]:
