@@ -165,9 +165,11 @@ def carried(script):
 
 CARRY = """
 import json
+import numpy as np
 from benchmark.methods import METHODS
 from benchmark.rivals import RIVALS
 from benchmark.trial import Trial, run, scenario_of
+from pmwvc_core.simulation.session import simulate_one
 
 found = {}
 for name in RIVALS:
@@ -177,9 +179,11 @@ for name in RIVALS:
         scenario = scenario_of(Trial(name, settings, "thesis_lan_16", 1, 1.0))
         texts[settings] = [str(user.operator) + str(user.link_up) for user in scenario.users]
     one = run(Trial(name, of.settings, "thesis_lan_16", 1, 6.0))
+    deep = simulate_one(scenario_of(Trial(name, (*of.settings, "dof=3"), "wifi_bad", 1, 1.5)))
     found[name] = {
         "failure": one.failure, "path_m": one.path_error_m, "lost": one.grip_lost,
         "hands": len(set(map(str, texts.values()))), "ranges": len(of.ranges),
+        "finite": bool(np.isfinite([user.f_applied for user in deep.users]).all()),
         "own": sorted(set(vars(getattr(scenario.users[0].own, name)))),
         "searched": sorted(each.partition(".")[2] for each, _, _ in of.ranges[:-1]),
     }
@@ -195,6 +199,7 @@ def test_every_rival_is_a_method_of_the_search_and_carries_the_cube_over_16_ms_w
         assert one["path_m"] < 0.012, name  # of 50 mm
         assert one["lost"] < 0.05, name
         assert one["hands"] == 1, name
+        assert one["finite"], name
         assert one["own"] == one["searched"], name
 
 
