@@ -66,7 +66,7 @@ def series(*stiffnesses):
         ("two_layer", series(K, 1000.0), 0.01),
         ("model_mediated", series(K, 2000.0), 0.01),
         ("iss_damping", series(K, 850.0), 0.01),
-        ("energy_bounding", series(K, 1000.0), 0.01),
+        ("energy_bounding", series(K, 800.0), 0.01),
         ("four_channel_tdpa", series(K, 500.0 / (1.0 - 0.5)), 0.01),
         ("deadband_tdpa", K, 0.1),  # its deadband, and energy that comes a frame late
     ],

@@ -52,8 +52,8 @@ class Gains(Validated):
 
     damping: float = parameter(6.0, "> 0 N s/m", "damper whose consumption counts, b")
     reserve_j: float = parameter(5e-3, ">= 0 J", "most that is kept of what a tick leaves over")
-    stiffness: float = parameter(1000.0, "> 0 N/m", "spring of the avatar to the device")
-    coupling_damping: float = parameter(5.0, ">= 0 N s/m", "damper beside it")
+    stiffness: float = parameter(800.0, "> 0 N/m", "spring of the avatar to the device")
+    coupling_damping: float = parameter(15.0, ">= 0 N s/m", "damper beside it")
 
 
 class Bound(NamedTuple):

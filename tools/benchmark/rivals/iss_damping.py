@@ -4,7 +4,7 @@
 form for two ports is that of public teleoperation software).
 
 The environment is taken for a hysteresis operator whose slope is bounded, 0 <= dF/dx <= mu_max.
-A damping that adapts to that slope releases less than passivity would ask for::
+A damping that adapts to that slope dissipates less than passivity would ask for::
 
     device:  F = f + tau (dF/dx) xd        without delay: f + tau df/dt
     avatar:  xd_s = xd - (1/mu_max) df/dt
