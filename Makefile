@@ -32,7 +32,7 @@ bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
 benchmark: setup  ## controllers and channels on every network (hours; BENCHMARK=short: minutes)
-	@PYTHONPATH=tools $(PY) -m benchmark $(BENCHMARK)
+	@PYTHONPATH=tools:tools/benchmark/rivals $(PY) -m benchmark $(BENCHMARK)
 
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
 	@PYTHONPATH=tools $(PY) -m reproduction

@@ -66,6 +66,7 @@ def test_its_parameters_are_compared_and_its_extra_signals_are_felt(pmwvc, tmp_p
     assert result.returncode == 0, result.stderr
     without, with_force = json.loads(result.stdout)["sessions"]
     assert with_force["coherency_rms_m"] < 0.7 * without["coherency_rms_m"]
+    assert without["parameters"]["four_channel.stiffness"] == 200.0
 
 
 def test_wrong_parameters_of_a_plug_in_are_refused_like_those_of_the_library(pmwvc):

@@ -3,13 +3,17 @@
 """The methods compared, and the parameters that the search may choose for each.
 
 Every method searches the time of silence of the watchdog beside its own parameters; direct
-coupling has none of its own (the contact is the task's).
+coupling has none of its own (the contact is the task's). A controller of another package is a
+method where the module of its record has ``RANGES``, the ranges of its parameters: those of
+:mod:`benchmark.rivals`, and whatever a laboratory has installed.
 """
 
+import importlib
 from dataclasses import dataclass
 
 from pmwvc_analysis.compare.settings import drawn
-from pmwvc_core.controllers.library import LIBRARY
+from pmwvc_core.controllers.library import LIBRARY, RECORDS
+from pmwvc_core.plugins import installed
 
 Settings = tuple[str, ...]  # name=value texts, as for --set
 SILENCE = ("safety.timeout_s", 0.03, 0.5)
@@ -41,6 +45,17 @@ def _baseline(name: str) -> Method:
     return Method(name, (f"controller={name}",), (*ranges, SILENCE))
 
 
+def _installed() -> list[Method]:
+    """Return the controllers of other packages that say what may be searched."""
+    found = []
+    for name, point in installed(RECORDS.plugins.group).items():
+        own = getattr(importlib.import_module(point.module), "RANGES", {})
+        ranges = tuple((f"{name}.{leaf}", low, high) for leaf, (low, high) in own.items())
+        if own:
+            found.append(Method(name, (f"controller={name}",), (*ranges, SILENCE)))
+    return found
+
+
 METHODS = {
     method.name: method
     for method in (
@@ -48,5 +63,6 @@ METHODS = {
         Method("plain", ("controller=pmwvc", "channel=plain"), WAVES),
         Method("zeroing", ("controller=pmwvc", "channel=zeroing"), WAVES),
         *map(_baseline, ("direct", "virtual_coupling", "tdpa", "pspm")),
+        *_installed(),
     )
 }

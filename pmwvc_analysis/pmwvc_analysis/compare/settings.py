@@ -175,7 +175,7 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
     """Return a controller's own parameters by dotted name, per user where users differ."""
     flat, record = scenario.flat(), record_of(scenario.controller)
     if not record.waves:
-        names = [name for name in flat if f"baseline.{record.name}." in f".{name}"]
+        names = [name for name in flat if f".{record.name}." in f".{name}"]
         return {name: flat[name] for name in names}
     wanted = [*ALWAYS, *(f"server.{name}" for name in scenario.coupling.parameters)]
     for name, more in SWITCHES:
