@@ -26,7 +26,9 @@ FAR = ("geo", "iss", "lunar", "torture")  # beyond 0.3 s each way a wall takes l
 NEAR = tuple(name for name in PRESETS if name not in (*TRAINING[:4], *FAR))
 HELD_OUT_SEED = 1000  # the first one of the sessions that judge
 OURS, DEFAULTS = "strict", "strict, defaults"  # the second: what the search did to the first
-Kind = tuple[object, ...]
+Kind = tuple[str, ...]
+CHOOSING = ("controller=", "channel=")  # settings that choose laws,
+SWITCHES = ("master.position.gain",)  # and numbers that switch some on
 Results = dict[Trial, Outcome]
 
 
@@ -147,9 +149,13 @@ class Compiled:
 
 
 def kind_of(item: Trial | Asked) -> Kind:
-    """Return what decides on the laws of a session: its task, method and which settings it has."""
+    """Return what decides on the laws of a session."""
     of = item.task if isinstance(item, Trial) else "walls"
-    return (of, item.method, *(text.partition("=")[0] for text in item.settings))
+    return (
+        of,
+        *(text for text in item.settings if text.startswith(CHOOSING)),
+        *(name for name in SWITCHES if any(name in text for text in item.settings)),
+    )
 
 
 def compiled_of(trials: Sequence[Trial], asked: Sequence[Asked]) -> Compiled:

@@ -52,7 +52,7 @@ def force_of(traces: SessionTraces) -> Array:
 
 def make() -> Rows:
     """Draw, and return the numbers."""
-    figure, axes = panels(len(CHANNELS), 2, 5.2, sharex="col", sharey="row")
+    figure, axes = panels(len(CHANNELS), 2, 5.2, sharex="col", sharey=True)
     numbers = [["receiver", *(title for title, _, _ in NETWORKS)]]
     numbers += [[label] for label, _ in CHANNELS]
     for column, (title, network, (begin_s, end_s)) in enumerate(NETWORKS):
@@ -67,7 +67,7 @@ def make() -> Rows:
             place.plot(time_s[shown], undisturbed[shown], color="0.6", ls="--", lw=1.0)
             place.plot(time_s[shown], force[shown], color=COLOURS[row])
             place.set(ylabel="force [N]" if column == 0 else None)
-            place.set_title(f"{label}: {title}" if row == 0 else label)
+            place.set_title(f"{title}\n{label}" if row == 0 else label)
             off = (force - undisturbed)[late]
             step = np.abs(np.diff(force[late])).max()
             apart_m = coherency_m(traces)

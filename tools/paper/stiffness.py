@@ -86,23 +86,25 @@ def make() -> Rows:
     figure, (axes,) = panels(1, 1, 3.6)
     masses = np.geomspace(0.05, 3.0, 100)
     numbers = [["settings", *(f"{1e3 * delay_s:g} ms" for delay_s in DELAYS_S)]]
-    for number, delay_s in enumerate(DELAYS_S):
+    for delay_s in DELAYS_S:
         bound = 4.0 * masses / (2.0 * delay_s) ** 2
-        axes.plot(masses, 1.0 / (1.0 / bound + 1.0 / WALL_N_M), "k", lw=0.8)
-        at = 1.3 * number
-        axes.annotate(f"{1e3 * delay_s:g} ms", (masses[int(8 + 9 * at)], 1.0 / (
-            1.0 / bound[int(8 + 9 * at)] + 1.0 / WALL_N_M)), fontsize=7)  # fmt: skip
+        most = 1.0 / (1.0 / bound + 1.0 / WALL_N_M)
+        axes.plot(masses, most, "k", lw=0.8)
+        axes.annotate(f"{1e3 * delay_s:g} ms", (masses[-1], most[-1]), fontsize=7)
     for index, each in enumerate(dict.fromkeys(case[0] for case in cases)):
         found = [results[each, delay_s] for delay_s in DELAYS_S]
         axes.plot(
             [one.mass_kg for one in found], [one.stiffness_n_m for one in found],
             MARKS[index], ls=":", color=COLOURS[index], label=each[0],
         )  # fmt: skip
+        for delay_s, one in zip(DELAYS_S, found, strict=True):
+            place = one.mass_kg, one.stiffness_n_m
+            axes.annotate(f" {1e3 * delay_s:g}", place, fontsize=6, color=COLOURS[index])
         cells = [_cell(one, delay_s) for delay_s, one in zip(DELAYS_S, found, strict=True)]
         numbers.append([each[0], *cells])
     axes.set(xscale="log", xlabel="mass of the link in free motion [kg]",
              ylabel="stiffness felt of 2000 N/m", ylim=(0.0, 2150.0))  # fmt: skip
-    axes.legend(title="lines: the most of any LTI link, by delay each way")
+    figure.legend(loc="outside upper center", ncols=3)
     save(figure, NAME)
     return numbers
 
