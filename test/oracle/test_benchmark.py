@@ -18,6 +18,7 @@ from benchmark.carry import completion_s
 from benchmark.columns import OF_TASK, value_of
 from benchmark.drawn import picture
 from benchmark.fast import pays
+from benchmark.feel import held_share
 from benchmark.intervals import median, ratio
 from benchmark.kept import FILE, Kept
 from benchmark.methods import METHODS
@@ -28,7 +29,7 @@ from benchmark.swept import page as swept_page
 from benchmark.tasks import TASKS
 from benchmark.trial import Outcome, Trial, run
 from benchmark.walls import Asked, Grid, Walls, walls
-from benchmark.written import medians, page, sessions, table
+from benchmark.written import conditions, medians, page, sessions, table
 
 from pmwvc_core.network.presets import PRESETS
 
@@ -150,6 +151,18 @@ def test_compiled_are_kinds_of_which_there_are_many(tiny):
     assert pays(10**6, Trial("x", (), "carry", "lan", 1, 1.0).scenario)
 
 
+def test_a_method_that_cannot_be_compiled_has_fewer_settings_and_the_page_says_so(monkeypatch):
+    assert {len(each) for each in FULL.tried(1).values()} == {60}
+    monkeypatch.setattr("benchmark.study.can_compile", lambda scenario: False)
+    assert {len(each) for each in FULL.tried(1).values()} == {6}
+    assert FULL.seeds_of("tdpa") == 2
+    plan = dataclasses.replace(TINY, candidates=60)
+    study = Study(plan, 5, {"strict": 60, "direct": 6}, {}, {}, {})
+    assert "60 settings for each method (`direct` 6: interpreted, judged with 2" in conditions(
+        study
+    )
+
+
 @pytest.fixture(scope="module")
 def known():
     """Plain waves at each task on a constant link, and on none."""
@@ -217,7 +230,7 @@ def test_a_move_is_completed_once_the_cube_stays_near_its_end():
     assert math.isinf(took(np.where(time_s > 3.0, np.nan, 0.0)))
 
 
-GOOD = Outcome("", False, True, 0.0, *(1.0,) * 7, *(None,) * 8)
+GOOD = Outcome("", False, True, 0.0, *(1.0,) * 7, 0.0, *(None,) * 8)
 OF_CARRY = {"path_error_m": 1.0, "completion_s": 1.0, "dropout_s": 0.0}
 OF_CARRY |= {"grip_lost": 0.0, "absorbed": 0.0}
 
@@ -254,11 +267,38 @@ def test_every_figure_in_which_a_rival_is_better_is_named_with_amount_and_reason
     text = words(found)
     assert "`tdpa` 0.5 (1)" in text and "`tdpa` 100 (50)" in text
     assert "`tdpa` generates energy (1 of 1 sessions, 4 mJ)" in text
-    assert "settings: with its defaults force error [N] is 0.6" in text
+    assert "settings: with its defaults force error [N] 0.6" in text
     assert "Another method is better in 2 of " in counted(found)
     assert "## Where `strict` is not the best" in page(found, "commit 1")
     same_all = drawn_up((GOOD,) * 2, (GOOD,) * 2, (GOOD,) * 2)
     assert words(same_all) == "Nowhere.\n"
+
+
+def test_a_rival_that_does_not_work_does_not_count_and_that_is_said():
+    shaky = dataclasses.replace(GOOD, force_error_n=0.1, restless=True)
+    found = drawn_up((GOOD, GOOD), (shaky, GOOD), (GOOD, GOOD))
+    assert words(found) == "Nowhere.\n"
+    assert "better in 0 of " in counted(found) and "with them it would be 1." in counted(found)
+
+
+def test_buzz_at_the_rate_of_packets_is_told_from_other_noise():
+    time_s = 1e-3 * np.arange(4000)
+    tones = (125.0, 250.0, 90.0, 10.0)
+    user = types.SimpleNamespace(time_s=time_s, tick_s=1e-3)
+    known = types.SimpleNamespace(master=types.SimpleNamespace(frame_s=0.008))
+    server = types.SimpleNamespace(period_s=0.008)
+    scenario = types.SimpleNamespace(users=[known], server=server)
+
+    def share(*sizes):
+        user.f_applied = sum(
+            size * np.sin(2.0 * np.pi * hertz * time_s)
+            for size, hertz in zip(sizes, tones, strict=True)
+        )[:, None]
+        return held_share(types.SimpleNamespace(users=[user]), scenario)
+
+    assert share(1.0, 1.0, 0.0, 5.0) == pytest.approx(1.0, abs=0.01)
+    assert share(1.0, 0.0, 1.0, 5.0) == pytest.approx(0.5, abs=0.01)
+    assert share(0.0, 0.0, 1.0, 5.0) == pytest.approx(0.0, abs=0.01)
 
 
 def test_a_strict_session_that_fails_is_given_as_the_reason():

@@ -16,7 +16,7 @@ from benchmark.columns import (
     number,
     value_of,
 )
-from benchmark.reasons import reasons
+from benchmark.reasons import reasons, settings
 from benchmark.study import OURS, Study
 
 BETTER = 0.05  # part of the strict channel's value by which another one has to be better
@@ -34,11 +34,20 @@ class Place(NamedTuple):
     ours: float
 
 
-def places(study: Study, networks: Sequence[str]) -> list[Place]:
-    """Return where another method is better, each with the best one."""
-    others = [name for name in study.plan.methods if name != OURS]
+def works(study: Study, method: str, network: str) -> bool:
+    """Tell whether at every task at most half of a method's sessions fail or are restless."""
+    tasks = study.plan.tasks
+    return all(_value(study, method, task, network, TROUBLED) <= 50.0 for task in tasks)
+
+
+def places(study: Study, networks: Sequence[str], *, everywhere: bool = False) -> list[Place]:
+    """Return where another method that works is better, each with the best one; ``everywhere``:
+    also of those that do not work.
+    """
     found = []
     for network in networks:
+        others = [name for name in study.plan.methods if name != OURS]
+        others = [name for name in others if everywhere or works(study, name, network)]
         for task in study.plan.tasks:
             for column in (TROUBLED, *(each for each in OF_TASK[task] if each.compared)):
                 values = {name: _value(study, name, task, network, column) for name in others}
@@ -95,14 +104,14 @@ def words(study: Study) -> str:
 def _why(study: Study, here: Sequence[Place]) -> list[str]:
     """Return the reasons of the places of a network and task, each once."""
     found: dict[str, None] = {}
-    for place in here:
-        named = (place.column.label, place.ours, place.other) if place.task != "walls" else None
-        if named is not None:
-            texts = reasons(
-                study, place.network, place.task, place.column, place.method, place.ours
-            )
-            found |= dict.fromkeys(texts)
-    return list(found) or ["no other number differs as clearly"]
+    defaults: list[str] = []
+    for place in (place for place in here if place.task != "walls"):
+        of = study, place.network, place.task, place.column
+        found |= dict.fromkeys(reasons(*of, place.method))
+        defaults += settings(*of, place.ours)
+    if defaults:
+        found[f"settings: with its defaults {', '.join(defaults)}"] = None
+    return list(found) or ["no other number tells"]
 
 
 def _cell(place: Place) -> str:
@@ -125,6 +134,11 @@ def counted(study: Study) -> str:
         for name in study.held_out
         if any(failed(study.of(OURS, task, [name])).value > 0.0 for task in study.plan.tasks)
     ]
+    also = places(study, study.held_out, everywhere=True)
     text = f"Another method is better in {len(found)} of {total} figures"
-    text += f" ({each})." if found else "."
+    text += f" ({each}). " if found else ". "
+    text += (
+        "Methods of which more than half of the sessions of any task fail or are restless on a "
+        f"network do not count there; with them it would be {len(also)}."
+    )
     return text + (f" `{OURS}` has failed sessions on {', '.join(fails)}." if fails else "")

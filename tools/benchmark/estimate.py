@@ -5,14 +5,14 @@
 import os
 
 from benchmark import networks
-from benchmark.methods import METHODS
 from benchmark.study import Plan
 from benchmark.walls import GRID
 from pmwvc_analysis.maps.workers import dask_cores
 from pmwvc_core.words import count
 
 COMPILING_S = 45.0  # the laws of a method at three kinds of tasks
-SESSION_S, SWEPT_S = 0.04, 1.2  # compiled, with what is measured of it; of a minute
+SESSION_S, INTERPRETED_S = 0.04, 0.7  # with what is measured of it
+SWEPT_S = 1.2  # of a minute, compiled
 PLAN_S = 0.15  # the fates of all packets on a network
 
 
@@ -33,13 +33,15 @@ def words(plan: Plan | networks.Plan, at_once: int) -> str:
 
 def _study_s(plan: Plan) -> float:
     """Return the time of a study on one core."""
-    of = len(plan.training) * plan.training_seeds * plan.candidates
-    each = len(plan.networks) * plan.seeds
-    sessions = len(plan.methods) * len(plan.tasks) * (of + each)
-    walls = len(plan.methods) * len(plan.walled) * len(GRID[0]) * len(GRID[1])
-    plans = len(plan.tasks) * (len(plan.training) * plan.training_seeds + each)
-    compiling_s = COMPILING_S * len(set(plan.methods) & set(METHODS))
-    return compiling_s + SESSION_S * (sessions + walls) + PLAN_S * plans
+    places = len(plan.training) * plan.training_seeds, len(plan.networks) * plan.seeds
+    seconds = PLAN_S * len(plan.tasks) * sum(places)
+    walls = len(plan.walled) * len(GRID.stiffnesses_n_m) * len(GRID.dampings_n_s_m)
+    for name, tried in plan.tried(0).items():
+        searched, judged = places[0] * len(tried), len(plan.networks) * plan.seeds_of(name)
+        sessions = len(plan.tasks) * (searched + judged) + walls
+        compiles = plan.compiles(name)
+        seconds += sessions * SESSION_S + COMPILING_S if compiles else sessions * INTERPRETED_S
+    return seconds
 
 
 def _sweep_s(plan: networks.Plan) -> float:

@@ -15,7 +15,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.traces import SessionTraces
 
-BUZZ_HZ = 60.0
+BUZZ_HZ, NEAR_HZ = 60.0, 2.0
 BEGUN_S = 1.0  # until the force of a device is fully there
 LONGEST_LAG_S = 2.0  # looked for
 LEAST_N = 0.1  # of a press: below it there is none
@@ -41,6 +41,23 @@ def buzz_n(traces: SessionTraces) -> float:
         fast = beyond(force, user.tick_s, BUZZ_HZ)
         found.append(float(np.sqrt(np.mean(np.sum(fast**2, axis=-1)))))
     return max(found)
+
+
+def held_share(traces: SessionTraces, scenario: Scenario) -> float:
+    """Return the share of that (of its square) within 2 Hz of multiples of the rates of packets
+    and server steps: what waves make that are held in between.
+    """
+    most = held = 0.0
+    for user, known in zip(traces.users, scenario.users, strict=True):
+        force = user.f_applied[user.time_s >= BEGUN_S, 0]
+        power = np.abs(np.fft.rfft(force - force.mean())) ** 2
+        hertz = np.fft.rfftfreq(len(force), user.tick_s)
+        rates = np.array([known.master.frame_s, scenario.server.period_s])[:, np.newaxis]
+        apart = np.abs(hertz * rates - np.round(hertz * rates)) / rates
+        fast = hertz >= BUZZ_HZ
+        most += float(power[fast].sum())
+        held += float(power[fast & (apart.min(axis=0) <= NEAR_HZ)].sum())
+    return held / most if most > 0.0 and np.isfinite(most) else 0.0
 
 
 def contact_n(traces: SessionTraces) -> float | None:

@@ -26,6 +26,7 @@ FAR = ("geo", "iss", "lunar", "torture")  # beyond 0.3 s each way a wall takes l
 NEAR = tuple(name for name in PRESETS if name not in (*TRAINING[:4], *FAR))
 HELD_OUT_SEED = 1000  # the first one of the sessions that judge
 OURS, DEFAULTS = "strict", "strict, defaults"  # the second: what the search did to the first
+INTERPRETED, INTERPRETED_SEEDS = 6, 2  # settings and seeds of a method that cannot be compiled
 Kind = tuple[str, ...]
 CHOOSING = ("controller=", "channel=")  # settings that choose laws,
 SWITCHES = ("master.position.gain",)  # and numbers that switch some on
@@ -38,9 +39,8 @@ class Plan:
 
     Attributes
     ----------
-    candidates, interpreted
-        Settings tried for each method, the defaults among them; the same of one that cannot be
-        compiled.
+    candidates
+        Settings tried for each method, the defaults among them.
     training, training_seeds
         Networks and seeds per network of the search.
     networks, seeds
@@ -57,29 +57,34 @@ class Plan:
     networks: tuple[str, ...]
     seeds: int
     walled: tuple[str, ...] = ()
-    interpreted: int = 6
     duration_s: float | None = None
     methods: tuple[str, ...] = tuple(METHODS)
     tasks: tuple[str, ...] = tuple(TASKS)
 
+    def compiles(self, method: str) -> bool:
+        """Tell whether the sessions of a method can be compiled."""
+        default, (task, *_), (network, *_) = METHODS[method].settings, self.tasks, self.networks
+        return can_compile(usual(method, default, task, network, 0).scenario)
+
     def tried(self, seed: int) -> dict[str, list[Settings]]:
         """Return the settings to try for each method."""
-        found = {}
-        for name in self.methods:
-            default = METHODS[name].settings
-            compiles = can_compile(
-                usual(name, default, self.tasks[0], self.networks[0], 0).scenario
-            )
-            number = self.candidates if compiles else min(self.interpreted, self.candidates)
-            found[name] = METHODS[name].candidates(number, seed)
-        return found
+        fewer = min(INTERPRETED, self.candidates)
+        return {
+            name: METHODS[name].candidates(self.candidates if self.compiles(name) else fewer, seed)
+            for name in self.methods
+        }
+
+    def seeds_of(self, method: str) -> int:
+        """Return with how many seeds a method is judged."""
+        return self.seeds if self.compiles(method) else min(INTERPRETED_SEEDS, self.seeds)
 
     def items(self, seed: int) -> int:
         """Return how many sessions and grids of walls are run."""
         tried = sum(map(len, self.tried(seed).values()))
-        judging = len(self.networks) * self.seeds * (len(self.methods) + (OURS in self.methods))
+        seeds = sum(map(self.seeds_of, self.methods)) + self.seeds * (OURS in self.methods)
         searched = tried * len(self.training) * self.training_seeds
-        return len(self.tasks) * (searched + judging) + len(self.methods) * len(self.walled)
+        sessions = len(self.tasks) * (searched + len(self.networks) * seeds)
+        return sessions + len(self.methods) * len(self.walled)
 
     @property
     def words(self) -> str:
@@ -202,7 +207,11 @@ def study(plan: Plan, seed: int, kept: Kept) -> Study:
     training = kept.results(of_search, searched, Cost, together=_place)
     chosen = {name: _best(name, tried[name], training) for name in plan.methods}
     settings = {name: [each] for name, each in chosen.items()}
-    judging = _trials(plan, settings, plan.networks, seeds)
+    judging = [
+        trial
+        for name, each in settings.items()
+        for trial in _trials(plan, {name: each}, plan.networks, seeds[: plan.seeds_of(name)])
+    ]
     if OURS in plan.methods:
         of_defaults = {DEFAULTS: [METHODS[OURS].settings]}
         judging += _trials(plan, of_defaults, plan.networks, seeds)

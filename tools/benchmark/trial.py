@@ -20,6 +20,8 @@ from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
+BUZZ_N = 0.05  # of cost 1
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -40,7 +42,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Cost:
-    """What the search looks at (:mod:`pmwvc_analysis.compare.settings`)."""
+    """What the search looks at (:mod:`pmwvc_analysis.compare.settings`), and the buzz."""
 
     cost: float
 
@@ -61,9 +63,10 @@ class Outcome:
         makes it least.
     contact_n
         RMS of the force at the contact.
-    peak_n, step_n, buzz_n, dropout_s
-        Largest force rendered, its largest change within 1 ms, its RMS above 60 Hz; how long it
-        was less than half of what it is while a hand holds or presses.
+    peak_n, step_n, buzz_n, held_share, dropout_s
+        Largest force rendered, its largest change within 1 ms, its RMS above 60 Hz, the share of
+        that at the rates of packets; how long it was less than half of what it is while a hand
+        holds or presses.
     path_error_m, completion_s, grip_lost, absorbed
         Of the cube: RMS distance from its target, time of a move until it is within 5 mm of its
         end; share of the time in which not both hands touched it; energy that stayed between hands
@@ -85,6 +88,7 @@ class Outcome:
     peak_n: float | None
     step_n: float | None
     buzz_n: float | None
+    held_share: float | None
     dropout_s: float | None = None
     path_error_m: float | None = None
     completion_s: float | None = None
@@ -109,7 +113,8 @@ def costed(trial: Trial, *, compiled: bool) -> Cost:
     if failed:
         return Cost(FAILED_COST)
     errors = coherency_m(traces), force_error_n(traces), path_m
-    return Cost(cost(*errors, restless=restless))
+    buzz = feel.buzz_n(traces) / BUZZ_N
+    return Cost(min(cost(*errors, restless=restless) + buzz, FAILED_COST))
 
 
 def run(trial: Trial, *, compiled: bool = False) -> Outcome:
@@ -130,6 +135,7 @@ def run(trial: Trial, *, compiled: bool = False) -> Outcome:
         peak_n=feel.peak_n(traces),
         step_n=feel.step_n(traces, scenario),
         buzz_n=feel.buzz_n(traces),
+        held_share=feel.held_share(traces, scenario),
         **_of_task(trial.task, traces, scenario, path_m),
     )
     numbers = {

@@ -22,7 +22,7 @@ from benchmark.columns import (
     restless,
 )
 from benchmark.drawn import PICTURE, picture
-from benchmark.study import HELD_OUT_SEED, OURS, Study
+from benchmark.study import HELD_OUT_SEED, INTERPRETED_SEEDS, OURS, Study
 from benchmark.trial import Outcome
 from benchmark.walls import Walls
 from pmwvc_analysis.charts import chart_files
@@ -66,7 +66,8 @@ def conditions(study: Study) -> str:
     """Return what was run, in words."""
     plan, first = study.plan, study.seed + HELD_OUT_SEED
     fewer = [f"`{name}` {each}" for name, each in study.tried.items() if each < plan.candidates]
-    of_fewer = f" ({', '.join(fewer)}: interpreted)" if fewer else ""
+    seeds = count(INTERPRETED_SEEDS, "seed")
+    of_fewer = f" ({', '.join(fewer)}: interpreted, judged with {seeds})" if fewer else ""
     return (
         "Medians ([benchmark_results.csv](benchmark_results.csv) has their 95 % intervals); a "
         f"failed session is an infinite error. Settings were searched on "
