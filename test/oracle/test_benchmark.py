@@ -71,6 +71,7 @@ def test_a_session_that_fails_is_counted_and_not_dropped(tiny):
     assert "| 100 % | 0 % | 1 of 1 | fails | fails |" in direct
     assert f"`direct` 1 {failed.failure}" in table(tiny)
     assert "carry,direct,failed [%],100,100,100" in medians(tiny)
+    assert "carry,direct,failed or restless [%],100,100,100" in medians(tiny)
     shares = {dots.label: dots for dots in picture(tiny).panels[0].dots}
     assert shares["direct"].y[0] >= 50.0
     assert shares["strict"].y[0] == 0.0

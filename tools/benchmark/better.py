@@ -14,6 +14,7 @@ from benchmark.columns import (
     Column,
     failed,
     number,
+    troubled,
     value_of,
 )
 from benchmark.reasons import reasons, settings
@@ -78,7 +79,7 @@ def _value(study: Study, method: str, task: str, network: str, column: Column) -
     rows = study.of(method, task, [network])
     if column is not TROUBLED:
         return value_of(rows, column)
-    return 100.0 * sum(bool(o.failure) or o.restless for o in rows[0]) / len(rows[0])
+    return TROUBLED.factor * troubled(rows).value
 
 
 def words(study: Study) -> str:

@@ -87,6 +87,11 @@ def restless(rows: Rows) -> Interval:
     return ratio(_array(rows, lambda one: one.restless))
 
 
+def troubled(rows: Rows) -> Interval:
+    """Return the share of sessions that failed or keep oscillating."""
+    return ratio(_array(rows, lambda one: bool(one.failure) or one.restless))
+
+
 def median_of(rows: Rows, column: Column) -> Interval:
     """Return the median and its interval; of an even number the worse one of the two."""
     values = _array(rows, lambda one: _known(getattr(one, column.name), column))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmark.columns import FORCE, POSITION, Z_WIDTH, Column, Rows, value_of
+from benchmark.columns import FORCE, POSITION, Z_WIDTH, Column, Rows, troubled, value_of
 from benchmark.study import Study
 from pmwvc_analysis.charts.chart import Chart, Dots, Panel
 from pmwvc_analysis.charts.style import user_tint
@@ -21,7 +21,7 @@ def picture(study: Study) -> Chart:
     """Return trouble and errors on every network; medians that are infinite are not drawn, small
     ones at the lower edge.
     """
-    panels = [_panel(study, "failed or restless [%]", _all_tasks(study), _troubled)]
+    panels = [_panel(study, "failed or restless [%]", _all_tasks(study), _trouble)]
     for task in study.plan.tasks:
         for column in (POSITION, FORCE):
             panels.append(_of_column(study, f"{task}: {column.label}", column, _at(study, task)))
@@ -47,8 +47,8 @@ def _all_tasks(study: Study) -> Found:
     return of
 
 
-def _troubled(rows: Rows) -> float:
-    return 100.0 * float(np.mean([bool(one.failure) or one.restless for one in rows[0]]))
+def _trouble(rows: Rows) -> float:
+    return 100.0 * troubled(rows).value
 
 
 def _of_column(study: Study, label: str, column: Column, of: Found) -> Panel:

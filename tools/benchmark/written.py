@@ -20,8 +20,10 @@ from benchmark.columns import (
     median_of,
     number,
     restless,
+    troubled,
 )
 from benchmark.drawn import PICTURE, picture
+from benchmark.intervals import Interval
 from benchmark.study import HELD_OUT_SEED, INTERPRETED_SEEDS, OURS, Study
 from benchmark.trial import Outcome
 from benchmark.walls import Walls
@@ -134,12 +136,16 @@ def medians(study: Study) -> str:
     for method in study.plan.methods:
         for task in study.plan.tasks:
             rows: Rows = study.of(method, task, study.held_out)
-            share = 100.0 * failed(rows).value
-            lines.append(",".join((task, method, "failed [%]", *[number(share)] * 3)))
+            for label, of in (("failed [%]", failed), ("failed or restless [%]", troubled)):
+                lines.append(",".join((task, method, label, *_percent(of(rows)))))
             lines += _lines(task, method, rows, OF_TASK[task])
         if walled:
             lines += _lines("walls", method, study.rendered(method, walled), OF_WALLS)
     return "\n".join(lines) + "\n"
+
+
+def _percent(found: Interval) -> list[str]:
+    return [number(100.0 * each) for each in found]
 
 
 def _lines(task: str, method: str, rows: Rows, columns: Sequence[Column]) -> list[str]:

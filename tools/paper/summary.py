@@ -13,7 +13,7 @@ from paper.drawing import COLOURS, ROOT, Rows, panels, save
 
 NAME = "summary"
 FILE = ROOT / "docs" / "benchmark_results.csv"
-SHOWN = ("position error [mm]", "force error [N]", "buzz [N]", "failed [%]")
+SHOWN = ("position error [mm]", "force error [N]", "buzz [N]", "failed or restless [%]")
 COMPARED = ("strict", "plain")  # in the table of numbers
 
 
