@@ -31,7 +31,7 @@ lint: setup  ## format, lint and type checks
 bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
-benchmark: setup  ## controllers and channels on every network (hours; BENCHMARK=short: minutes)
+benchmark: setup  ## controllers and channels at four tasks on every network (minutes; BENCHMARK=short)
 	@PYTHONPATH=tools:tools/benchmark/rivals $(PY) -m benchmark $(BENCHMARK)
 
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
@@ -45,6 +45,9 @@ mutants: setup  ## defects put into the product: which of them no test notices (
 
 presses: setup  ## ten minutes of presses on stiff walls, and docs/presses.md written (minutes)
 	@$(PY) tools/presses.py
+
+paper: setup  ## the paper's figures and tables, after make benchmark (minutes)
+	@PYTHONPATH=tools $(PY) -m paper
 
 film: setup  ## the animated picture of the README, from a live session
 	@$(PY) tools/film.py
@@ -62,4 +65,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run live test lint bench benchmark figures faults mutants presses film course docs lock clean
+.PHONY: help setup run live test lint bench benchmark figures faults mutants presses paper film course docs lock clean

@@ -53,12 +53,13 @@ def _run(plan: Plan | networks.Plan, options: argparse.Namespace) -> Path:
     """Run a plan and return the page written."""
     origin = f"`make benchmark BENCHMARK={options.size}` ({commit()})"
     with Progress() as progress:
-        bar = progress.add_task("sessions", total=plan.items)
+        total = plan.items(options.seed) if isinstance(plan, Plan) else plan.items
+        bar = progress.add_task("sessions", total=total)
         kept = Kept(
             options.folder,
             workers=options.workers,
             dask=options.dask,
-            done=lambda: progress.advance(bar),
+            done=lambda number: progress.advance(bar, number),
         )
         if isinstance(plan, Plan):
             write(study(plan, options.seed, kept), options.folder, origin)
@@ -66,7 +67,7 @@ def _run(plan: Plan | networks.Plan, options: argparse.Namespace) -> Path:
         groups = list(networks.groups(plan, options.seed))
         path = Path(options.folder / swept.PAGE)
         try:
-            kept.results(networks.found_in, groups, networks.Found)
+            kept.results(networks.found_in_each, groups, networks.Found)
         finally:  # also of what an interrupted run finished
             found = kept.finished(groups, networks.Found)
             path.write_text(swept.page(found, origin), "utf-8")

@@ -1,105 +1,145 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The networks on which another method is better than the strict channel, in words."""
+"""Where the strict channel is not the best: by network, task and figure, by how much, and what the
+numbers of the same sessions say of the reason.
+"""
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from benchmark.columns import (
-    COMPLETION,
-    ERROR,
-    ERRORS,
-    PEAK,
-    STEP,
+    OF_TASK,
     Z_WIDTH,
     Column,
     failed,
-    median_of,
+    number,
+    troubled,
+    value_of,
 )
-from benchmark.study import Study
+from benchmark.reasons import reasons, settings
+from benchmark.study import OURS, Study
 
-OURS = "strict"
 BETTER = 0.05  # part of the strict channel's value by which another one has to be better
-Value = Callable[[Study, str, str], float]  # of a method on a network
-
-
-class Measure(NamedTuple):
-    """A measure that is compared network by network."""
-
-    label: str
-    value: Value
-    larger: bool = False  # is better
+TROUBLED = Column("troubled", 100.0, "failed or restless [%]")
 
 
 class Place(NamedTuple):
-    """A network with the values of another method and of the strict channel there."""
+    """A network, task and figure with the best other method and the strict channel there."""
 
     network: str
+    task: str
+    column: Column
+    method: str
     other: float
     ours: float
 
 
-def _median(column: Column, *, probed: bool = False) -> Measure:
-    def value(study: Study, method: str, network: str) -> float:
-        rows = (study.measured if probed else study.of)(method, [network])
-        return column.factor * median_of(rows, column).value if rows[0] else math.nan
-
-    return Measure(column.label, value, column.larger)
+def works(study: Study, method: str, network: str) -> bool:
+    """Tell whether at every task at most half of a method's sessions fail or are restless."""
+    tasks = study.plan.tasks
+    return all(_value(study, method, task, network, TROUBLED) <= 50.0 for task in tasks)
 
 
-def _troubled(study: Study, method: str, network: str) -> float:
-    (row,) = study.of(method, [network])
-    return 100.0 * sum(bool(one.failure) or one.restless for one in row) / len(row)
+def places(study: Study, networks: Sequence[str], *, everywhere: bool = False) -> list[Place]:
+    """Return where another method that works is better, each with the best one; ``everywhere``:
+    also of those that do not work.
+    """
+    found = []
+    for network in networks:
+        others = [name for name in study.plan.methods if name != OURS]
+        others = [name for name in others if everywhere or works(study, name, network)]
+        for task in study.plan.tasks:
+            for column in (TROUBLED, *(each for each in OF_TASK[task] if each.compared)):
+                values = {name: _value(study, name, task, network, column) for name in others}
+                ours = _value(study, OURS, task, network, column)
+                found += _place(values, ours, network, task, column)
+        if network in study.plan.walled:
+            rows = {name: study.rendered(name, [network]) for name in (*others, OURS)}
+            walls = {name: value_of(each, Z_WIDTH) for name, each in rows.items()}
+            found += _place(walls, walls.pop(OURS), network, "walls", Z_WIDTH)
+    return found
 
 
-MEASURES = (
-    Measure("failed [%]", lambda study, *of: 100.0 * failed(study.of(of[0], of[1:])).value),
-    Measure("failed or restless [%]", _troubled),
-    *(_median(column) for column in (*ERRORS, PEAK, STEP)),
-    *(_median(column, probed=True) for column in (ERROR, Z_WIDTH, COMPLETION)),
-)
+def _place(
+    values: dict[str, float], ours: float, network: str, task: str, column: Column
+) -> list[Place]:
+    """Return the place, if any of the others is better."""
+    if not values:
+        return []
+    sign = -1.0 if column.larger else 1.0
+    best = min(values, key=lambda name: sign * values[name])
+    other = values[best]
+    ahead = sign * (ours - other)
+    better = math.isfinite(other) and ahead > max(BETTER * min(abs(ours), 1e300), column.least)
+    return [Place(network, task, column, best, other, ours)] if better else []
+
+
+def _value(study: Study, method: str, task: str, network: str, column: Column) -> float:
+    rows = study.of(method, task, [network])
+    if column is not TROUBLED:
+        return value_of(rows, column)
+    return TROUBLED.factor * troubled(rows).value
 
 
 def words(study: Study) -> str:
-    """Return a table: the measures in which each other method is better by 5 % or more, on how
-    many of the held-out networks, and the clearest of them.
-    """
-    others = [name for name in study.plan.methods if name != OURS]
-    lines = [["better in", *(f"`{name}`" for name in others)], ["---"] * (len(others) + 1)]
-    for measure in MEASURES:
-        cells = [_cell(better(study, name, measure)) for name in others]
-        if any(cell != "-" for cell in cells):
-            lines.append([measure.label, *cells])
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    """Return a table for each task: where on the held-out networks another method is better."""
+    found = places(study, study.held_out)
+    text = []
+    for task in dict.fromkeys(place.task for place in found):
+        of_task = [place for place in found if place.task == task]
+        columns = list(dict.fromkeys(place.column for place in of_task))
+        lines = [
+            ["network", *(column.label for column in columns), "why"],
+            ["---"] * (len(columns) + 2),
+        ]
+        for network in dict.fromkeys(place.network for place in of_task):
+            here = {place.column: place for place in of_task if place.network == network}
+            cells = [_cell(here[column]) if column in here else "-" for column in columns]
+            lines.append([network, *cells, "; ".join(_why(study, list(here.values())))])
+        rows = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+        text.append(f"### {task}\n\n{rows}")
+    return "\n".join(text) or "Nowhere.\n"
 
 
-def better(study: Study, other: str, measure: Measure) -> list[Place]:
-    """Return the held-out networks on which another method is better, the clearest first."""
-    places = [
-        Place(net, measure.value(study, other, net), measure.value(study, OURS, net))
-        for net in study.held_out
+def _why(study: Study, here: Sequence[Place]) -> list[str]:
+    """Return the reasons of the places of a network and task, each once."""
+    found: dict[str, None] = {}
+    defaults: list[str] = []
+    for place in (place for place in here if place.task != "walls"):
+        of = study, place.network, place.task, place.column
+        found |= dict.fromkeys(reasons(*of, place.method))
+        defaults += settings(*of, place.ours)
+    if defaults:
+        found[f"settings: with its defaults {', '.join(defaults)}"] = None
+    return list(found) or ["no other number tells"]
+
+
+def _cell(place: Place) -> str:
+    return f"`{place.method}` {number(place.other)} ({number(place.ours)})"
+
+
+def counted(study: Study) -> str:
+    """Return in words how often another method is better, by task and method."""
+    found = places(study, study.held_out)
+    total = sum(
+        1 + sum(column.compared for column in OF_TASK[task]) for task in study.plan.tasks
+    ) * len(study.held_out)
+    total += len(set(study.held_out) & set(study.plan.walled))
+    by_method: dict[str, int] = {}
+    for place in found:
+        by_method[place.method] = by_method.get(place.method, 0) + 1
+    each = ", ".join(f"`{n}` {k}" for n, k in sorted(by_method.items(), key=lambda p: -p[1]))
+    fails = [
+        name
+        for name in study.held_out
+        if any(failed(study.of(OURS, task, [name])).value > 0.0 for task in study.plan.tasks)
     ]
-    sign = -1.0 if measure.larger else 1.0
-    found = [
-        place
-        for place in places
-        if math.isfinite(place.other)
-        and sign * (place.ours - place.other) > BETTER * min(abs(place.ours), 1e300)
-    ]
-    return sorted(found, key=lambda place: sign * _ratio(place))
-
-
-def _ratio(place: Place) -> float:
-    return place.other / place.ours if place.ours else math.inf
-
-
-def _cell(places: list[Place]) -> str:
-    if not places:
-        return "-"
-    most = places[0]
-    return f"{len(places)}: `{most.network}` {_number(most.other)} ({_number(most.ours)})"
-
-
-def _number(value: float) -> str:
-    return f"{round(value, 9):.3g}" if math.isfinite(value) else "fails"
+    also = places(study, study.held_out, everywhere=True)
+    text = f"Another method is better in {len(found)} of {total} figures"
+    text += f" ({each}). " if found else ". "
+    text += (
+        "Methods of which more than half of the sessions of any task fail or are restless on a "
+        f"network do not count there; with them it would be {len(also)}."
+    )
+    return text + (f" `{OURS}` has failed sessions on {', '.join(fails)}." if fails else "")

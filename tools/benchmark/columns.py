@@ -15,52 +15,65 @@ Rows = Sequence[Sequence[Any]]  # networks, seeds
 
 
 class Column(NamedTuple):
-    """A number of each session or probe: field, factor to the unit, heading."""
+    """A number of each session: field, factor to the unit, heading."""
 
     name: str
     factor: float
     label: str
-    least: float = 0.0  # value drawn, on a logarithmic axis where it is above zero
+    least: float = 0.0  # differences below it, in the unit, are none
     larger: bool = False  # is better
-    asked: bool = False  # networks on which it is known for no method are left out
+    compared: bool = True  # method by method, network by network
+    sized: bool = False  # its size is better the smaller: it may have either sign
 
 
-ERRORS = (
-    Column("coherency_m", 1e3, "device less avatar [mm]", 0.1),
-    Column("force_error_n", 1.0, "force error [N]", 0.01),
-    Column("path_error_m", 1e3, "cube less target [mm]", 1.0),
-)
-PEAK = Column("peak_n", 1.0, "peak force [N]")
-STEP = Column("step_n", 1.0, "step of force [N]")
-OF_SESSION = (
-    Column("deficit_j", 1e3, "released [mJ]"),
-    Column("lag_free_error_n", 1.0, "force error less lag [N]"),
-    Column("apart_max_m", 1e3, "largest distance [mm]"),
-    PEAK,
-    STEP,
-    Column("least_n", 1.0, "least force [N]"),
-    Column("dropout_s", 1e3, "dropouts [ms]"),
-    Column("buzz_n", 1.0, "buzz [N]"),
-    Column("squeeze_n", 1.0, "mean grip force [N]"),
-    Column("grip_lost", 100.0, "grip lost [%]"),
-    Column("kept_back", 100.0, "absorbed [%]"),
-    Column("asymmetry", 100.0, "work asymmetry [%]"),
-)
-Z_WIDTH = Column("z_width", 100.0, "walls rendered [%]", larger=True)
-COMPLETION = Column("completion_s", 1.0, "completion time [s]")
-STIFFEST = Column("stiffness_max_n_m", 1.0, "largest stiffness [N/m]", larger=True)
-ERROR = Column("transparency", 1.0, "impedance error [decades]", 0.01)
-OF_PROBE = (
+POSITION = Column("coherency_m", 1e3, "position error [mm]", 0.05)
+FORCE = Column("force_error_n", 1.0, "force error [N]", 0.01)
+LAG_FREE = Column("lag_free_error_n", 1.0, "force error less lag [N]", compared=False)
+CONTACT = Column("contact_n", 1.0, "contact force [N]", compared=False)
+PEAK = Column("peak_n", 1.0, "peak force [N]", compared=False)
+BUZZ = Column("buzz_n", 1.0, "buzz [N]", 0.005)
+STEP = Column("step_n", 1.0, "step of force [N]", 0.05)
+DROPOUT = Column("dropout_s", 1e3, "dropouts [ms]", 5.0)
+RELEASED = Column("deficit_j", 1e3, "released [mJ]", compared=False)
+FIRST, LAST = (POSITION, FORCE), (BUZZ, STEP)
+OF_TASK = {
+    "carry": (
+        *FIRST,
+        Column("path_error_m", 1e3, "cube less target [mm]", 0.5),
+        Column("completion_s", 1.0, "completion time [s]", 0.05),
+        *LAST,
+        DROPOUT,
+        LAG_FREE,
+        PEAK,
+        Column("grip_lost", 100.0, "grip lost [%]", compared=False),
+        Column("absorbed", 100.0, "absorbed [%]", compared=False),
+        RELEASED,
+    ),
+    "wall": (
+        *FIRST,
+        Column("stiffness_n_m", 1.0, "felt for 2000 [N/m]", 20.0, larger=True),
+        *LAST,
+        DROPOUT,
+        LAG_FREE,
+        CONTACT,
+        PEAK,
+        RELEASED,
+    ),
+    "tapping": (*FIRST, *LAST, LAG_FREE, CONTACT, PEAK, RELEASED),
+    "free": (
+        *FIRST,
+        Column("mass_kg", 1.0, "mass of the link [kg]", 0.02, sized=True),
+        Column("damping_n_s_m", 1.0, "damping of the link [N s/m]", 0.1, sized=True),
+        *LAST,
+        Column("lag_s", 1e3, "lag of the avatar [ms]", compared=False),
+        RELEASED,
+    ),
+}
+Z_WIDTH = Column("rendered", 100.0, "walls rendered [%]", 3.0, larger=True)
+OF_WALLS = (
     Z_WIDTH,
-    Column("z_width_passive", 100.0, "and passive [%]", larger=True),
-    STIFFEST,
-    Column("stiffness_n_m", 1.0, "rendered for 500 [N/m]", larger=True),
-    Column("mass_kg", 1.0, "mass [kg]", asked=True),
-    Column("damping_n_s_m", 1.0, "damping [N s/m]", asked=True),
-    ERROR,
-    Column("drift_m_s", 6e4, "drift [mm/min]"),
-    Column("held_apart_m", 1e3, "offset after the hold [mm]"),
-    COMPLETION,
+    Column("rendered_passive", 100.0, "and passive [%]", larger=True),
+    Column("stiffness_max_n_m", 1.0, "largest stiffness [N/m]", larger=True),
 )
 
 
@@ -74,9 +87,14 @@ def restless(rows: Rows) -> Interval:
     return ratio(_array(rows, lambda one: one.restless))
 
 
+def troubled(rows: Rows) -> Interval:
+    """Return the share of sessions that failed or keep oscillating."""
+    return ratio(_array(rows, lambda one: bool(one.failure) or one.restless))
+
+
 def median_of(rows: Rows, column: Column) -> Interval:
     """Return the median and its interval; of an even number the worse one of the two."""
-    values = _array(rows, lambda one: getattr(one, column.name))
+    values = _array(rows, lambda one: _known(getattr(one, column.name), column))
     if not values.size:
         return Interval(math.nan, math.nan, math.nan)
     if not column.larger:
@@ -85,5 +103,29 @@ def median_of(rows: Rows, column: Column) -> Interval:
     return Interval(value, low, high)
 
 
+def value_of(rows: Rows, column: Column) -> float:
+    """Return the median in the unit of a column."""
+    return column.factor * median_of(rows, column).value
+
+
+def _known(value: float | None, column: Column) -> float:
+    """Return a number of a session; the worst where it is not known."""
+    if value is None or math.isnan(value):
+        return 0.0 if column.larger else math.inf
+    return abs(value) if column.sized else value
+
+
 def _array(rows: Rows, of: Callable[[Any], float]) -> Array:
     return np.array([[float(of(one)) for one in row] for row in rows])
+
+
+def number(value: float) -> str:
+    """Return a number as tables show it."""
+    if math.isnan(value):
+        return "unknown"
+    if abs(value) < ROUNDING:
+        return "0"
+    return f"{value:.3g}" if math.isfinite(value) else "fails"
+
+
+ROUNDING = 1e-9  # in the unit of the column: shown as 0

@@ -1,22 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a study: failures, errors and what is rendered, on every network."""
+"""The picture of a study: trouble and errors at every task, and the walls, on every network."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmark.columns import (
-    COMPLETION,
-    ERROR,
-    ERRORS,
-    Z_WIDTH,
-    Column,
-    Rows,
-    failed,
-    median_of,
-    restless,
-)
+from benchmark.columns import FORCE, POSITION, Z_WIDTH, Column, Rows, troubled, value_of
 from benchmark.study import Study
 from pmwvc_analysis.charts.chart import Chart, Dots, Panel
 from pmwvc_analysis.charts.style import user_tint
@@ -28,30 +18,44 @@ MARKS = ("ring", "cross", "plus")
 
 
 def picture(study: Study) -> Chart:
-    """Return failures and errors on every network; medians that are infinite are not drawn, small
+    """Return trouble and errors on every network; medians that are infinite are not drawn, small
     ones at the lower edge.
     """
-    probed = (ERROR, Z_WIDTH, COMPLETION) if study.probed else ()
-    panels = [
-        _panel(study, "failed [%]", study.of, lambda rows: 100.0 * failed(rows).value),
-        _panel(study, "restless [%]", study.of, lambda rows: 100.0 * restless(rows).value),
-        *(_of_column(study, column, study.of) for column in ERRORS),
-        *(_of_column(study, column, study.measured) for column in probed),
-    ]
+    panels = [_panel(study, "failed or restless [%]", _all_tasks(study), _trouble)]
+    for task in study.plan.tasks:
+        for column in (POSITION, FORCE):
+            panels.append(_of_column(study, f"{task}: {column.label}", column, _at(study, task)))
+    if study.walled:
+        panels.append(_of_column(study, Z_WIDTH.label, Z_WIDTH, study.rendered))
     caption = (
-        "Shares of sessions and walls, and medians over the seeds of a network. A median that is "
-        "infinite, as of mostly failed sessions, is not drawn. Networks with a star took part in "
-        "the search."
+        "Share of the sessions of all tasks, and medians over the seeds of a network. A median "
+        "that is infinite, as of mostly failed sessions, is not drawn. Networks with a star took "
+        "part in the search."
     )
-    heading = "Controllers and channels on every network"
-    return Chart(PICTURE, heading, caption, panels)
+    return Chart(PICTURE, "Controllers and channels on every network", caption, panels)
 
 
-def _of_column(study: Study, column: Column, of: Found) -> Panel:
+def _at(study: Study, task: str) -> Found:
+    return lambda method, networks: study.of(method, task, networks)
+
+
+def _all_tasks(study: Study) -> Found:
+    def of(method: str, networks: Sequence[str]) -> Rows:
+        each = [study.of(method, task, networks) for task in study.plan.tasks]
+        return [[one for row in rows for one in row] for rows in zip(*each, strict=True)]
+
+    return of
+
+
+def _trouble(rows: Rows) -> float:
+    return 100.0 * troubled(rows).value
+
+
+def _of_column(study: Study, label: str, column: Column, of: Found) -> Panel:
     def value(rows: Rows) -> float:
-        return max(column.factor * median_of(rows, column).value, column.least)
+        return max(value_of(rows, column), column.least) if rows[0] else np.inf
 
-    return _panel(study, column.label, of, value, log=column.least > 0.0)
+    return _panel(study, label, of, value, log=not column.larger)
 
 
 def _panel(

@@ -1,21 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The duration of a plan on some cores, from sessions timed on this machine beforehand."""
+"""The duration of a plan on some cores, from what one session took on the machine of the tests."""
 
 import os
-import time
-from collections.abc import Callable
-from typing import Any
 
 from benchmark import networks
-from benchmark.methods import METHODS
-from benchmark.probe import Probe, rendered
-from benchmark.study import HELD_OUT_SEED, Plan
-from benchmark.trial import Trial, run
+from benchmark.study import Plan
+from benchmark.walls import GRID
 from pmwvc_analysis.maps.workers import dask_cores
 from pmwvc_core.words import count
 
-SWEPT_S = 4.0  # duration of the sessions timed for a sweep of networks
+COMPILING_S = 45.0  # the laws of a method at three kinds of tasks
+SESSION_S, INTERPRETED_S = 0.04, 0.7  # with what is measured of it
+SWEPT_S = 1.2  # of a minute, compiled
+PLAN_S = 0.15  # the fates of all packets on a network
 
 
 def cores(workers: int | None, dask: str | None) -> int:
@@ -24,48 +22,27 @@ def cores(workers: int | None, dask: str | None) -> int:
 
 
 def words(plan: Plan | networks.Plan, at_once: int) -> str:
-    """Return what a plan runs and how long that will take, after timing some of it."""
-    if isinstance(plan, Plan):
-        what, seconds = plan.words, _study_s(plan)
-    else:
-        what, seconds = plan.words, _sweep_s(plan)
+    """Return what a plan runs and how long that will take."""
+    seconds = _study_s(plan) if isinstance(plan, Plan) else _sweep_s(plan)
     minutes = max(1, round(seconds / at_once / 60.0))
     return (
-        f"{what}\nestimated: {count(minutes, 'minute')} on {count(at_once, 'core')} of this kind "
-        "(some of its sessions timed just now, one at a time); what is finished already is not "
-        "run again"
+        f"{plan.words}\nabout {count(minutes, 'minute')} on {count(at_once, 'core')}; what is "
+        "compiled or finished already is not done again"
     )
 
 
 def _study_s(plan: Plan) -> float:
-    """Return the time of a study on one core: a session of each method and one probe timed, the
-    probes of the others in proportion to their sessions.
-    """
-    network, seed = plan.training[0], HELD_OUT_SEED
-    settings = {name: METHODS[name].settings for name in plan.methods}
-    session_s = {
-        name: _took(run, Trial(name, settings[name], network, seed, plan.duration_s))
-        for name in plan.methods
-    }
-    first = plan.methods[0]
-    probe_s = 0.0
-    if plan.probed:
-        probe_s = _took(rendered, Probe(first, settings[first], network, seed, plan.hold_s))
-    total_s = sum(session_s.values())
-    return total_s * (plan.sessions + plan.probed * probe_s / session_s[first])
+    """Return the time of a study on one core."""
+    places = len(plan.training) * plan.training_seeds, len(plan.networks) * plan.seeds
+    seconds = PLAN_S * len(plan.tasks) * sum(places)
+    walls = len(plan.walled) * len(GRID.stiffnesses_n_m) * len(GRID.dampings_n_s_m)
+    for name, tried in plan.tried(0).items():
+        searched, judged = places[0] * len(tried), len(plan.networks) * plan.seeds_of(name)
+        sessions = len(plan.tasks) * (searched + judged) + walls
+        compiles = plan.compiles(name)
+        seconds += sessions * SESSION_S + COMPILING_S if compiles else sessions * INTERPRETED_S
+    return seconds
 
 
 def _sweep_s(plan: networks.Plan) -> float:
-    """Return the time of a sweep on one core; its batches of equal fates take less."""
-    network = plan.networks[-1]
-    return sum(
-        _took(networks.found_in, networks.Group(channel, network, (0,), SWEPT_S))
-        * (seeds * len(plan.networks) * plan.duration_s / SWEPT_S)
-        for channel, seeds in plan.seeds
-    )
-
-
-def _took(work: Callable[[Any], Any], item: object) -> float:
-    began = time.perf_counter()
-    work(item)
-    return time.perf_counter() - began
+    return SWEPT_S * sum(number for _, number in plan.seeds) * len(plan.networks)

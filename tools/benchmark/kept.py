@@ -24,6 +24,11 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
+def alone(item: object) -> object:
+    """Say that no items are worked on together."""
+    return item
+
+
 class Kept:
     """Finished items of a folder, made if missing; None: nothing is kept.
 
@@ -34,7 +39,7 @@ class Kept:
     workers, dask
         As for :func:`pmwvc_analysis.maps.workers.finished`.
     done
-        Called after every item.
+        Called with the number of items that are finished.
     """
 
     def __init__(
@@ -43,7 +48,7 @@ class Kept:
         *,
         workers: int | None = None,
         dask: str | None = None,
-        done: Callable[[], None] = lambda: None,
+        done: Callable[[int], None] = lambda number: None,
     ) -> None:
         self._path = folder / FILE if folder else None
         self._workers, self._dask, self._done = workers, dask, done
@@ -52,24 +57,42 @@ class Kept:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._known = dict(_lines(self._path)) if self._path.exists() else {}
 
-    def results(self, work: Callable[[T], R], items: Sequence[T], kind: type[R]) -> dict[T, R]:
+    def results(
+        self,
+        work: Callable[[tuple[T, ...]], list[R]],
+        items: Sequence[T],
+        kind: type[R],
+        together: Callable[[T], object] = alone,
+    ) -> dict[T, R]:
         """Return the result of every item, in their order: those known, and the others computed.
 
         Parameters
         ----------
         work, items
-            What is done with each; items are frozen dataclasses.
+            What is done with some of them; items are frozen dataclasses.
         kind
             The dataclass of a result.
+        together
+            Items for which this is the same are worked on together.
         """
         known = self.finished(items, kind)
-        for _ in known:
-            self._done()
-        missing = [item for item in items if item not in known]
-        for item, result in finished(work, missing, workers=self._workers, dask=self._dask):
-            self._keep(_name(item), dataclasses.asdict(result))  # type: ignore[call-overload]
-            self._done()
+        self._done(len(known))
+        missing: dict[object, list[T]] = {}
+        for item in dict.fromkeys(items):
+            if item not in known:
+                missing.setdefault(together(item), []).append(item)
+        parts = [tuple(part) for part in missing.values()]
+        for part, results in finished(work, parts, workers=self._workers, dask=self._dask):
+            for item, result in zip(part, results, strict=True):
+                self._keep(_name(item), dataclasses.asdict(result))  # type: ignore[call-overload]
+            self._done(len(part))
         return self.finished(items, kind)
+
+    def prepare(self, work: Callable[[tuple[T, ...]], object], items: Sequence[T]) -> None:
+        """Do some work of which nothing is kept, each item by itself."""
+        parts = [(item,) for item in items]
+        for _ in finished(work, parts, workers=self._workers, dask=self._dask):
+            pass
 
     def finished(self, items: Sequence[T], kind: type[R]) -> dict[T, R]:
         """Return the results that are known, in the order of the items."""
@@ -99,10 +122,17 @@ def _name(item: object) -> str:
 
 @functools.cache
 def _sources() -> str:
-    """Return what names the sources of core, analysis and benchmark."""
+    """Return what names the sources of core and analysis, and what the benchmark measures with."""
     folders = [Path(str(module.__file__)).parent for module in (pmwvc_core, pmwvc_analysis)]
+    files = [file for folder in folders for file in folder.rglob("*.py")]
+    here = Path(__file__).parent
+    files += [file for file in here.rglob("*.py") if file.name not in SHOWING]
     digest = hashlib.sha256()
-    for folder in (*folders, Path(__file__).parent):
-        for file in sorted(folder.rglob("*.py")):
-            digest.update(file.read_bytes())
+    for file in sorted(files):
+        digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+# What only shows results: a change of it lets them stand.
+SHOWING = ("better.py", "columns.py", "drawn.py", "estimate.py", "reasons.py", "swept.py",
+           "written.py", "__main__.py")  # fmt: skip

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmark.trial import Trial, scenario_of
+from benchmark import feel
+from benchmark.fast import simulated
+from benchmark.tasks import scenario_of
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_analysis.traces.felt import felt
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import count, listed
 
@@ -58,6 +58,7 @@ class Group:
     network: str
     seeds: tuple[int, ...]
     duration_s: float
+    compiled: bool = True
 
 
 @dataclass(frozen=True)
@@ -87,12 +88,17 @@ def groups(plan: Plan, seed: int) -> Iterator[Group]:
 def found_in(group: Group) -> Found:
     """Run the sessions of a group."""
     settings = ("controller=pmwvc", f"channel={group.channel}")
-    scenarios = [
-        scenario_of(Trial(group.channel, settings, group.network, seed, group.duration_s))
-        for seed in group.seeds
-    ]
-    numbers = simulate(scenarios, keep=numbers_of)
+    numbers = []
+    for seed in group.seeds:
+        scenario = scenario_of("carry", settings, group.network, seed, group.duration_s)
+        traces = simulated(scenario, compiled=group.compiled)
+        numbers.append(numbers_of(traces, scenario))
     return Found(*(list(column) for column in zip(*numbers, strict=True)))
+
+
+def found_in_each(of: tuple[Group, ...]) -> list[Found]:
+    """Run the sessions of some groups."""
+    return [found_in(group) for group in of]
 
 
 def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, ...]:
@@ -110,6 +116,4 @@ def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, ...]:
         if found is not None:
             late = found.time_s >= traces.duration_s - END_S
             ends.append(float(np.linalg.norm(found.error[late].mean(axis=0))))
-    peaks = [float(np.abs(user.f_applied).max()) for user in traces.users]
-    steps = [felt(traces, user, scenario).force_step_max_n for user in traces.users]
-    return min(balances), max(ends), max(peaks), max(steps)
+    return min(balances), max(ends), feel.peak_n(traces), feel.step_n(traces, scenario)

@@ -1,33 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One session of the benchmark: a method on a network, with the hands and packet fates of a seed.
-
-Two hands grip a 2 kg cube and carry it to and fro. The seed decides the fate of every packet and
-varies the hands: stiffness, damping and squeeze by up to 25 %, distance by up to 30 %; all methods
-meet the same. :mod:`pmwvc_analysis.compare.settings` tells when a session has failed, or is
-restless. One that fails stays in all results.
+"""One session of the benchmark: a method at a task on a network, with the hands and packet fates
+of a seed. :mod:`pmwvc_analysis.compare.settings` tells when a session has failed, or is restless.
+One that fails stays in all results, with infinite numbers.
 """
 
+import dataclasses
+import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from benchmark.carry import (
-    apart_max_m,
-    energies,
-    grip_lost,
-    lag_free_error_n,
-    squeeze_n,
-)
+from benchmark import feel
+from benchmark.carry import absorbed, completion_s, grip_lost
+from benchmark.fast import simulated
 from benchmark.methods import Settings
-from pmwvc_analysis.compare.measures import measures
-from pmwvc_analysis.compare.settings import cost, failure, path_error_m
-from pmwvc_bringup import scenarios as files
+from benchmark.tasks import TASKS, scenario_of
+from pmwvc_analysis.compare.measures import coherency_m, force_error_n, least_balance
+from pmwvc_analysis.compare.settings import FAILED_COST, cost, failure, path_error_m
+from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.traces import SessionTraces
 
-SCENARIO = "carry_16ms"
-TASK = ("grip_s=0.5", "grip_rise_s=0.5", "move_s=1.5", "move_rise_s=2", "rest_s=0.5")
+BUZZ_N = 0.05  # of cost 1
 
 
 @dataclass(frozen=True)
@@ -36,116 +29,164 @@ class Trial:
 
     method: str
     settings: Settings
+    task: str
     network: str
     seed: int
     duration_s: float
 
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario of the session."""
+        return scenario_of(self.task, self.settings, self.network, self.seed, self.duration_s)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the search looks at (:mod:`pmwvc_analysis.compare.settings`), and the buzz."""
+
+    cost: float
+
 
 @dataclass(frozen=True)
 class Outcome:
-    """The numbers of a session; infinite where it failed.
+    """The numbers of a session; infinite where it failed, None where the task has none.
 
     Attributes
     ----------
-    failure
-        What went wrong, in words; empty where nothing did.
-    restless
-        Whether it keeps oscillating, or that could not be told.
+    failure, restless
+        What went wrong, in words, empty where nothing did; whether it keeps oscillating, or that
+        could not be told (of a recorded person: it is known that it does).
     passive, energy_min_j
         Verdict of all ports, and their lowest balance [J]; None: not known.
-    coherency_m, force_error_n, path_error_m
-        RMS of device less avatar, of rendered less contact force, of the cube less its target.
-    lag_free_error_n, apart_max_m
-        Force error with the lag that makes it least; largest distance of device and avatar.
-    peak_n, step_n, least_n, dropout_s, buzz_n
-        Largest force rendered, its largest change within 1 ms, its least, the time below half of
-        the undisturbed one, its RMS above 60 Hz (:mod:`pmwvc_analysis.traces.felt`); zero and all
-        the time where the hands do not even hold what can be felt, all of the force where no
-        contact lasts long enough to tell.
-    squeeze_n
-        Mean force between the hands since both first touched the cube.
-    grip_lost
-        Share of that time in which they did not.
-    kept_back, asymmetry
-        Energy that stayed between hands and cube, and the difference of the works of the hands,
-        per work that they did.
+    coherency_m, force_error_n, lag_free_error_n
+        RMS of device less avatar, of rendered less contact force, and of that with the lag that
+        makes it least.
+    contact_n
+        RMS of the force at the contact.
+    peak_n, step_n, buzz_n, held_share, dropout_s
+        Largest force rendered, its largest change within 1 ms, its RMS above 60 Hz, the share of
+        that at the rates of packets; how long it was less than half of what it is while a hand
+        holds or presses.
+    path_error_m, completion_s, grip_lost, absorbed
+        Of the cube: RMS distance from its target, time of a move until it is within 5 mm of its
+        end; share of the time in which not both hands touched it; energy that stayed between hands
+        and cube, per work of the hands.
+    stiffness_n_m
+        Felt at the wall.
+    mass_kg, damping_n_s_m, lag_s
+        Of the link alone in free motion, and the time by which the avatar follows the device.
     """
 
     failure: str
     restless: bool
     passive: bool | None
     energy_min_j: float | None
-    coherency_m: float
-    force_error_n: float
-    path_error_m: float
-    lag_free_error_n: float
-    apart_max_m: float
-    peak_n: float
-    step_n: float
-    least_n: float
-    dropout_s: float
-    buzz_n: float
-    squeeze_n: float
-    grip_lost: float
-    kept_back: float
-    asymmetry: float
+    coherency_m: float | None
+    force_error_n: float | None
+    lag_free_error_n: float | None
+    contact_n: float | None
+    peak_n: float | None
+    step_n: float | None
+    buzz_n: float | None
+    held_share: float | None
+    dropout_s: float | None = None
+    path_error_m: float | None = None
+    completion_s: float | None = None
+    grip_lost: float | None = None
+    absorbed: float | None = None
+    stiffness_n_m: float | None = None
+    mass_kg: float | None = None
+    damping_n_s_m: float | None = None
+    lag_s: float | None = None
 
     @property
     def deficit_j(self) -> float:
         """Energy given out beyond what was received, at the worst [J]; infinite: not known."""
-        return np.inf if self.energy_min_j is None else max(0.0, -self.energy_min_j)
-
-    @property
-    def cost(self) -> float:
-        """The cost that the search minimizes (:mod:`pmwvc_analysis.compare.settings`)."""
-        errors = self.coherency_m, self.force_error_n, self.path_error_m
-        return cost(*errors, restless=self.restless)
+        return math.inf if self.energy_min_j is None else max(0.0, -self.energy_min_j)
 
 
-def scenario_of(trial: Trial) -> Scenario:
-    """Return the scenario of a trial."""
-    texts = (*hands(trial.seed), f"link.preset={trial.network}", f"seed={trial.seed}")
-    return files.load(
-        SCENARIO, settings_texts=(*texts, *trial.settings), duration_s=trial.duration_s
+def costed(trial: Trial, *, compiled: bool) -> Cost:
+    """Run a session of the search; nothing is measured that its cost does not need."""
+    scenario = trial.scenario
+    traces = simulated(scenario, compiled=compiled)
+    failed, restless, path_m = _judged(trial, traces, scenario)
+    if failed:
+        return Cost(FAILED_COST)
+    errors = coherency_m(traces), force_error_n(traces), path_m
+    buzz = feel.buzz_n(traces) / BUZZ_N
+    return Cost(min(cost(*errors, restless=restless) + buzz, FAILED_COST))
+
+
+def run(trial: Trial, *, compiled: bool = False) -> Outcome:
+    """Run and measure one session."""
+    scenario = trial.scenario
+    traces = simulated(scenario, compiled=compiled)
+    failed, restless, path_m = _judged(trial, traces, scenario)
+    balance = least_balance(traces, scenario)
+    found = Outcome(
+        failed,
+        restless,
+        balance["passive"],
+        balance["energy_min_j"],
+        coherency_m=coherency_m(traces),
+        force_error_n=force_error_n(traces),
+        lag_free_error_n=feel.lag_free_error_n(traces),
+        contact_n=feel.contact_n(traces),
+        peak_n=feel.peak_n(traces),
+        step_n=feel.step_n(traces, scenario),
+        buzz_n=feel.buzz_n(traces),
+        held_share=feel.held_share(traces, scenario),
+        **_of_task(trial.task, traces, scenario, path_m),
     )
+    numbers = {
+        name: value
+        for name, value in dataclasses.asdict(found).items()
+        if name not in ("failure", "restless", "passive", "energy_min_j") and value is not None
+    }
+    if failed or not all(map(math.isfinite, (found.coherency_m or 0.0, found.peak_n or 0.0))):
+        numbers = dict.fromkeys(numbers, math.inf) | dict.fromkeys(_larger(numbers), 0.0)
+        failed = failed or "not measured"
+    return dataclasses.replace(found, failure=failed, **numbers)
 
 
-def hands(seed: int) -> Settings:
-    """Return the settings of hands and task that a seed stands for."""
-    hand = np.random.default_rng((seed, 1)).uniform(-1.0, 1.0, 4)
-    return (
-        *(f"task.{text}" for text in TASK),
-        f"operator.stiffness={120.0 * (1.0 + 0.25 * hand[0]):.6g}",
-        f"operator.damping={15.0 * (1.0 + 0.25 * hand[1]):.6g}",
-        f"operator.squeeze={2.0 * (1.0 + 0.25 * hand[2]):.6g}",
-        f"task.distance_m={0.05 * (1.0 + 0.3 * hand[3]):.6g}",
-    )
+def _larger(numbers: dict[str, float]) -> set[str]:
+    """Return the numbers of which the larger is the better: none where it failed."""
+    return {"stiffness_n_m"} & set(numbers)
 
 
-def run(trial: Trial) -> Outcome:
-    """Simulate and measure one session."""
-    scenario = scenario_of(trial)
-    traces = simulate_one(scenario)
-    found = measures(traces, scenario)
-    path_m = path_error_m(traces, scenario)
-    measured = (
-        found["coherency_rms_m"],
-        found["force_error_rms_n"],
-        path_m,
-        lag_free_error_n(traces),
-        apart_max_m(traces),
-        found["force_peak_n"],
-        found["force_step_max_n"],
-        found["force_least_n"] or 0.0,
-        trial.duration_s if found["dropout_s"] is None else found["dropout_s"],
-        found["force_peak_n"] if found["buzz_n"] is None else found["buzz_n"],
-        squeeze_n(traces),
-        grip_lost(traces),
-        *(energies(traces, scenario) or (None, None)),
-    )
-    errors = [np.inf if error is None else float(error) for error in measured]
-    failed = failure(found["instability"], path_m, scenario)
-    if failed or not np.isfinite(errors).all():
-        failed, errors = failed or "not measured", [np.inf] * len(errors)
-    restless = not failed and not found["stable"]
-    return Outcome(failed, restless, found["passive"], found["energy_min_j"], *errors)
+def _judged(
+    trial: Trial, traces: SessionTraces, scenario: Scenario
+) -> tuple[str, bool, float | None]:
+    """Return how a session failed, whether it is restless, and the error of the cube's path."""
+    found, path_m = verdict(traces, scenario), path_error_m(traces, scenario)
+    failed = failure(found.instability, path_m, scenario)
+    restless = found.stable is False if trial.task == "tapping" else not found.stable
+    return failed, restless and not failed, path_m
+
+
+def _of_task(
+    task: str, traces: SessionTraces, scenario: Scenario, path_m: float | None
+) -> dict[str, float | None]:
+    """Return the numbers that a task alone has."""
+    if task == "carry":
+        return {
+            "path_error_m": math.inf if path_m is None else path_m,
+            "completion_s": completion_s(traces, scenario),
+            "grip_lost": grip_lost(traces),
+            "absorbed": absorbed(traces, scenario),
+            "dropout_s": feel.dropout_s(traces, scenario),
+        }
+    if task == "wall":
+        return dict(
+            zip(("stiffness_n_m", "dropout_s"), feel.pressed(traces, scenario), strict=True)
+        )
+    if task == "free":
+        mass_kg, damping_n_s_m = feel.moved(traces)
+        lag_s = feel.lag_s(traces)
+        return {"mass_kg": mass_kg, "damping_n_s_m": damping_n_s_m, "lag_s": lag_s}
+    return {}
+
+
+def usual(name: str, settings: Settings, task: str, network: str, seed: int) -> Trial:
+    """Return a trial of the usual duration of its task."""
+    return Trial(name, settings, task, network, seed, TASKS[task].duration_s)

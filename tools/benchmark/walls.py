@@ -5,7 +5,7 @@
 One hand closes on a wall and rests there. The wall is rendered if the session is stable
 (:mod:`pmwvc_analysis.verdicts.stability`) and the spring of the wall keeps half of its largest
 force (means of a second; a force that fades is no wall). All walls of a network meet the same
-packet fates and run as one batch.
+packet fates.
 """
 
 from dataclasses import dataclass
@@ -13,40 +13,45 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmark.fast import simulated
 from benchmark.methods import Settings
-from benchmark.trial import hands
+from benchmark.tasks import hands
 from pmwvc_analysis.compare.measures import least_balance
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
 
-LINE_N_S_M = 10.0  # damping on which the largest stiffness is looked for, in fine steps
 WALL_S, ROUND_TRIPS = 6.0, 8.0  # duration of a session at the wall, and for each round trip more
 KEEPS = 0.5
-Wall = tuple[float, float]  # stiffness [N/m], damping [N s/m]
 
 
-@dataclass(frozen=True)
-class Grid:
-    """The walls to look at: stiffnesses in fine steps, on the line; every so many of them with
-    each damping.
-    """
+class Grid(NamedTuple):
+    """The walls to look at."""
 
-    fine_n_m: tuple[float, ...]
-    every: int
+    stiffnesses_n_m: tuple[float, ...]
     dampings_n_s_m: tuple[float, ...]
 
 
-GRID = Grid(tuple(np.geomspace(10.0, 20000.0, 65)), 8, (1.0, 3.2, 10.0, 32.0, 100.0))  # 13 % steps
+GRID = Grid(tuple(np.geomspace(10.0, 20000.0, 9).tolist()), (1.0, 10.0, 100.0))  # each 2.6 times
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A measurement to make: a method on a network, with the walls of a grid."""
+
+    method: str
+    settings: Settings
+    network: str
+    seed: int
+    grid: Grid = GRID
 
 
 @dataclass(frozen=True)
 class Walls:
     """The walls rendered: share of all, of those with all ports passive, and the end of a
-    range of stiffnesses that begins at the softest [N/m]; 0: not even that.
+    range of stiffnesses that begins at the softest, all dampings rendered [N/m]; 0: not even that.
     """
 
     rendered: float
@@ -54,16 +59,20 @@ class Walls:
     stiffness_max_n_m: float
 
 
-def walls(settings: Settings, network: str, seed: int, of: Grid = GRID) -> Walls:
+def walls(asked: Asked, *, compiled: bool = False) -> Walls:
     """Run all walls of a method on a network, with the hand and packet fates of a seed."""
-    grid = [(k, b) for b in of.dampings_n_s_m for k in of.fine_n_m[:: of.every]]
-    line = [(k, LINE_N_S_M) for k in of.fine_n_m]
-    found = _rest(list(dict.fromkeys((*grid, *line))), settings, network, seed)
-    held = [*(found[each].rests for each in line), False].index(False)
+    of = asked.grid
+    found = np.array(
+        [
+            [_rest(asked, k, b, compiled=compiled) for b in of.dampings_n_s_m]
+            for k in of.stiffnesses_n_m
+        ]
+    )
+    held = [*(bool(row.all()) for row in found[..., 0]), False].index(False)
     return Walls(
-        rendered=float(np.mean([found[each].rests for each in grid])),
-        rendered_passive=float(np.mean([found[w].rests and found[w].passive for w in grid])),
-        stiffness_max_n_m=float(of.fine_n_m[held - 1]) if held else 0.0,
+        rendered=float(found[..., 0].mean()),
+        rendered_passive=float(found.all(axis=-1).mean()),
+        stiffness_max_n_m=float(of.stiffnesses_n_m[held - 1]) if held else 0.0,
     )
 
 
@@ -73,33 +82,18 @@ def wall(settings: Settings, network: str, seed: int, duration_s: float) -> Scen
     return files.load("wall", settings_texts=texts, duration_s=duration_s)
 
 
-class _Rest(NamedTuple):
-    rests: bool
-    passive: bool
-
-
-def _rest(grid: list[Wall], settings: Settings, network: str, seed: int) -> dict[Wall, _Rest]:
-    """Return what becomes of a hand at each wall, given by stiffness and damping."""
-    own = tuple(text for text in hands(seed) if text.startswith("operator."))
-    first = wall(settings, network, seed, WALL_S).users[0]
+def _rest(asked: Asked, stiffness: float, damping: float, *, compiled: bool) -> tuple[bool, bool]:
+    """Return whether a wall is rendered, and whether all ports are passive."""
+    of = asked.network, asked.seed
+    own = tuple(text for text in hands("carry", asked.seed) if text.startswith("operator."))
+    texts = f"server.contact_stiffness={stiffness:.6g}", f"server.contact_damping={damping:g}"
+    first = wall(asked.settings, *of, WALL_S).users[0]
     duration_s = WALL_S + ROUND_TRIPS * (mean_s(first.link_up) + mean_s(first.link_down))
-    scenarios = [
-        wall(
-            (*settings, *own, f"server.contact_stiffness={k:.6g}", f"server.contact_damping={b}"),
-            network,
-            seed,
-            duration_s,
-        )
-        for k, b in grid
-    ]
-    traces = simulate(scenarios)
-    return {
-        each: _Rest(
-            keeps_pressing(one, damping_n_s_m=each[1]) and verdict(one, scenario).stable is True,
-            least_balance(one, scenario)["passive"] is True,
-        )
-        for each, scenario, one in zip(grid, scenarios, traces, strict=True)
-    }
+    scenario = wall((*asked.settings, *own, *texts), *of, round(duration_s, 3))
+    traces = simulated(scenario, compiled=compiled)
+    keeps = keeps_pressing(traces, damping_n_s_m=damping)
+    rests = keeps and verdict(traces, scenario).stable is True
+    return rests, least_balance(traces, scenario)["passive"] is True
 
 
 def keeps_pressing(traces: SessionTraces, *, damping_n_s_m: float) -> bool:

@@ -93,8 +93,8 @@ def note_step(
     """Note a step of the server."""
     at, users = server.environment, len(server.environment.ports)
     counted = environment_energies(p.environment, at)
-    put(counted[:2], energies[row], 0)
-    put(counted[2:], energies[row], 3 + 4 * users)
+    for k in range(len(counted)):  # accounts follow the two energies; there may be none
+        energies[row, k if k < 2 else 1 + 4 * users + k] = counted[k]
     energies[row, 2] = at.dissipated_j
     target = offset(max(server.task_s, 0.0) if server.task_s < math.inf else 0.0, task)
     put(target, steps[len(steps) - 1, row], 0)

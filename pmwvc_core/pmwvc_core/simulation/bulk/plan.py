@@ -35,8 +35,6 @@ class Network(NamedTuple):
     tick_ns: int
     rate_drops: tuple[int, ...]
     period_ticks: int
-    timeouts_s: tuple[float, ...]
-    server_timeout_s: float
     release_s: float
     dof: int
 
@@ -56,7 +54,7 @@ class Plan:
 
 def network_of(scenario: Scenario) -> Network:
     """Return what decides on the plan of a scenario."""
-    users, tick_s, times = scenario.users, scenario.tick_s, scenario.times
+    users, tick_s = scenario.users, scenario.tick_s
     links = tuple((user.link_up, user.link_down) for user in users)
     return Network(
         links,
@@ -65,9 +63,7 @@ def network_of(scenario: Scenario) -> Network:
         round(tick_s * 1e9),
         tuple(user.master.rate_drop for user in users),
         scenario.period_ticks,
-        tuple(user.safety.timeout_s for user in users),
-        times.timeout_s,
-        times.release_s,
+        scenario.times.release_s,
         scenario.dof,
     )
 
@@ -113,8 +109,8 @@ class _End:
         self._user, self._tick_ns = user, network.tick_ns
         every = (network.rate_drops[user], network.period_ticks)[direction]
         period_s = every * (network.tick_ns * 1e-9)
-        timeout_s = (network.server_timeout_s, network.timeouts_s[user])[direction]
-        self.inbox = Receiver(network.dof, period_s=period_s, timeout_s=timeout_s)
+        # It follows one sender all along: how long one may be silent decides on nothing here.
+        self.inbox = Receiver(network.dof, period_s=period_s, timeout_s=network.release_s)
         self.link = SimulatedLink(
             network.links[user][direction],
             seed=(network.seed, user, direction),
