@@ -8,14 +8,15 @@ import numpy as np
 
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.felt import felt
-from pmwvc_analysis.verdicts.oscillation import beyond
+from pmwvc_analysis.traces.sums import beyond
+from pmwvc_analysis.traces.thresholds import BUZZ_HZ
 from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.traces import SessionTraces
 
-BUZZ_HZ, NEAR_HZ = 60.0, 2.0
+NEAR_HZ = 2.0
 BEGUN_S = 1.0  # until the force of a device is fully there
 LONGEST_LAG_S = 2.0  # looked for
 LEAST_N = 0.1  # of a press: below it there is none

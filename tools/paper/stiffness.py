@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from paper.drawing import COLOURS, MARKS, Rows, panels, save
-from pmwvc_analysis.compare.rendered import free_space
+from pmwvc_analysis.compare.probes import free_space
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario
 from pmwvc_core.simulation.conditions import place_of
