@@ -13,6 +13,7 @@ from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, rec
 from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedLaw
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
+from pmwvc_core.law.channel.constants import TANK_J
 from pmwvc_core.law.channel.packet import LATENESSES, Packing, PackingParams, no_packet
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
@@ -82,7 +83,9 @@ def arrivals_params(
         float(largest_wave(b, waves=has_waves(session.controller))),
         is_zeroing(session.controller, session.channel),
         is_strict(session.controller, session.channel),
-        PlayoutParams(float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j),
+        PlayoutParams(
+            float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j, max(TANK_J - store_j, 0.0)
+        ),
     )
 
 
@@ -113,7 +116,8 @@ def made_user(
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
     reach = LARGEST if workspace_m is None else REACH * workspace_m
     of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
-    arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
+    steps = max(round(packet_s / tick_s), 1)
+    arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s, steps)
     limits = Limits(nothing, loose_brake(nothing), of_limits.timeout_s)
     s = ForceLoop(
         0, 0, master.rate_drop, master.frame_s, Packing(*(nothing,) * 3), arrivals, packet, 0,
