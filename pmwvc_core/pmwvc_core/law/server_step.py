@@ -46,6 +46,7 @@ from pmwvc_core.law.server.server_port import (
     joined,
     left,
     port_raised,
+    sum_j,
 )
 from pmwvc_core.law.vectors import Vector, columns, each, minus, scaled, total, zero
 from pmwvc_core.law.wave.following import Following, followed
@@ -167,9 +168,10 @@ def _gone(
     arrivals, passed_j = spare(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
         port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
-    own_j = port.account_j if port.account_j >= 0.0 else port.v_j
     wave = scaled(port.v_s, 1.0 / math.sqrt(s.following.ratio))
-    sent = Sent(wave, minus(port.x_s, port.offset), own_j, port.extra, int(s.following.level))
+    sent = Sent(
+        wave, minus(port.x_s, port.offset), sum_j(port), port.extra, int(s.following.level)
+    )
     packing, packet, sends = pack(
         packing, sent, period_s, now_ns, news(arrivals, q.arrivals), s.anew, False,
         arrivals.silence.number, 0, q.packing,

@@ -198,7 +198,7 @@ def resting_server(
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down, 1.0))
         rules = guest.arrivals
-        arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s, 1)
+        arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, Packing(rest, rest, rest), (0.0,) * up, FREE))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):

@@ -113,13 +113,15 @@ def _opened(s: StrictArrivals) -> StrictArrivals:
 
 
 def start_of(
-    strict: bool, axes: int, timeout_s: float, period_s: float, steps: int
+    strict: bool, axes: int, timeout_s: float, period_s: float, steps: int = 1
 ) -> PlainArrivals | StrictArrivals:
-    """Return arrivals before the first packet, which come every so often [s]."""
+    """Return arrivals before the first packet, which come every so often [s]; a playout takes the
+    mean of so many steps.
+    """
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
     silence, counting = Silence(limit_ns, period_s), Counting(nothing, period_s, period_s)
     if strict:
-        playout = resting_playout(nothing, Energies(), 1.0, steps)
+        playout = resting_playout(nothing, Energies(), steps=steps)
         return StrictArrivals(silence, playout, counting, nothing, False, 0.0, steps)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
@@ -179,8 +181,9 @@ def _needed_j(s: Playout, p: PlayoutParams) -> float:
 
 
 def is_short(s: Playout, p: PlayoutParams) -> bool:
-    """Tell whether there is less energy than is needed."""
-    return free_j(s) < _needed_j(s, p)
+    """Tell whether energy is needed, and there is less than that."""
+    needed_j = _needed_j(s, p)
+    return needed_j > 0.0 and free_j(s) < needed_j
 
 
 def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:

@@ -94,10 +94,10 @@ class PlayoutParams(NamedTuple):
     most_repaid: float  # longest wave that makes up what is undelivered [sqrt(W)]
     rises_s: float  # in which it grows so long
     store_j: float  # E0
-    filled_j: float  # free energy that the hand is asked to fill it up to
+    filled_j: float = 0.0  # free energy that the hand is asked to fill it up to
 
 
-def resting_playout(rest: Vector, moved: Energies, raised: float, steps: int) -> Playout:
+def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0, steps: int = 1) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
     knots, nothing = [Knot(0.0, rest, 0.0)], Asked(rest, 0.0)
     ramp = [nothing for _ in range(steps)]
