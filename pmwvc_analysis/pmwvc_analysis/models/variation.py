@@ -142,6 +142,7 @@ def _session(scenario: Scenario, dof: int) -> Any:
 
 def _touching(user: User) -> User:
     """Return a user always in contact and with a local model."""
+    user = user.in_contact
     local = changed(user.master.local_model, acts="everywhere")
     contact = changed(user.contact, contact="bilateral")
     return changed(user, master=changed(user.master, local_model=local), contact=contact)

@@ -77,6 +77,8 @@ def port_conflicts(port: Any, *, dof: int, strict: bool, timeout_s: float) -> li
     """Return the mistakes of a wave port; its receiver waits ``timeout_s`` [s]."""
     deadband = port.deadband
     found = matrix_conflicts(port.impedance_matrix, dof)
+    if not strict and getattr(port, "rises", 1.0) > 1.0:
+        found.append(f"contact_impedance = {port.contact_impedance:g}: needs channel = strict")
     if deadband.is_on and not strict:
         found.append(
             f"deadband.kind = {deadband.kind}: needs channel = strict; a packet of the others "
@@ -181,6 +183,10 @@ class MasterParams(Validated):
     def conflicts(self) -> list[str]:
         """Check that the matrix is one, and that the impedance rises in contact."""
         found = matrix_conflicts(self.impedance_matrix)
+        if self.rises > 1.0 and self.impedance_matrix.strip():
+            found.append(
+                "contact_impedance: needs one impedance for all axes, no impedance_matrix"
+            )
         if self.rises < 1.0:
             found.append(
                 f"contact_impedance = {self.contact_impedance:g}: must be >= impedance = "
