@@ -28,8 +28,8 @@ the master's ramp is the mean of N = T_VE/T_c ticks:
 
 Else it settles at the mean lateness: at the mean delay, and with a ratio p of packets lost one by
 one 2 p/(1 - p) packets later, as a segment counts by its length. A deadband adds the time for
-which a frame waits at most. Bursts are not counted. Where the impedance follows contact, b is that of
-contact for what is felt there, and that of free motion for the mass.
+which a frame waits at most. Bursts are not counted. Where the impedance follows contact, b is that
+of contact for what is felt there, and that of free motion for the mass.
 
 Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5, 17.7.
 """
@@ -41,7 +41,7 @@ import numpy as np
 from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks, link_times
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_core.law.motion import motion
-from pmwvc_core.network.effects import active, longest_s, mean_s
+from pmwvc_core.network.effects import active, mean_s
 from pmwvc_core.params import DeadbandParams, DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS

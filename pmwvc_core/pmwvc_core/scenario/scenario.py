@@ -72,7 +72,7 @@ class User:
 
     @property
     def in_contact(self) -> "User":
-        """This user with the impedance of contact for all motion."""
+        """Itself, with the impedance of contact for all motion."""
         rises, own = self.master.rises, self.contact.impedance
         if rises == 1.0:
             return self
