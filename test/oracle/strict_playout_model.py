@@ -161,7 +161,7 @@ class PlayedWave:
         haste = min(max(self.shift_s / (50 * MS), -0.3), 0.3)
         self.shift_s -= haste * self.speed * h
         self.played = begun + min((1.0 + haste) * self.speed * h, left_s)
-        if abs(self.played - self.line.end) < 1e-9:
+        if abs(self.played - self.line.end) < 1e-12:
             self.played = self.line.end
         self.already_came = False
         if self.played <= self.line.end:

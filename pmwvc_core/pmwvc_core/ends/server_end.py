@@ -189,8 +189,8 @@ class ServerEnd(PortEnd):
                 return None
             # A packet of nothing, which an answer has to echo.
             rest = zero(port.x_s)
-            sent = Sent(rest, rest, sum_j(port), port.extra)
             q = p.guests[user]
+            sent = Sent(rest, rest, sum_j(port, q.arrivals.plays_on), port.extra)
             _, waits = news(guest.arrivals, q.arrivals)
             about = now_ns, (False, waits), guest.anew, False, 0, 1
             packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, q.packing)

@@ -36,7 +36,7 @@ from pmwvc_core.law.channel.constants import (
 )
 from pmwvc_core.law.vectors import Vector, between, minus
 
-ROUNDING_S = 1e-9  # of times
+ROUNDING_S = 1e-12  # of times
 
 
 class Pace(NamedTuple):

@@ -44,7 +44,7 @@ class UserPort(NamedTuple):
     v_s: Vector  # [sqrt(W)]
     u_j: float  # of the waves u_s since the start
     v_j: float  # of the waves v_s
-    account_j: float  # sum for the packets if it is kept here; below zero: v_j
+    account_j: float  # sum for the packets if it is kept here; below zero: that of their waves
     extra: Vector  # signals that a controller declares
     raised: float = 1.0  # r, in the impedance of the avatar
 
@@ -111,9 +111,9 @@ def changed_port(
     return s._replace(avatar=a._replace(impedance=impedance, contact=contact)), lost_j
 
 
-def sum_j(s: UserPort) -> float:
-    """Return the energy sum for packets [J]."""
-    return s.account_j if s.account_j >= 0.0 else s.v_j
+def sum_j(s: UserPort, strict: bool) -> float:
+    """Return the energy sum for packets [J]; below zero: that of the waves in them."""
+    return s.v_j if strict else s.account_j
 
 
 def port_raised(s: UserPort, ratio: float) -> UserPort:
