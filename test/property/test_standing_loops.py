@@ -29,7 +29,9 @@ def stalled(stalls, *more):
     ran_ns = np.arange(TICKS, dtype=np.int64) * 1_000_000
     for start, ticks in stalls:
         ran_ns[start : start + ticks] = -1
-    traces = simulate_one(scenario, Conditions(schedule=LIVE, ran_ns={"user1": ran_ns}))
+    with pytest.MonkeyPatch.context() as patch:  # the hand is not asked to fill a store
+        patch.setattr("pmwvc_core.made.user.TANK_J", 0.0)
+        traces = simulate_one(scenario, Conditions(schedule=LIVE, ran_ns={"user1": ran_ns}))
     (user,) = traces.users  # blocks have numbers on a recording: none is missing
     numbers = 1 + np.arange(len(user.block_time_s))
     return scenario, replace(traces, users=[replace(user, block_number=numbers)])
@@ -62,13 +64,13 @@ def test_what_a_standing_loop_gives_away_is_named_and_no_missed_prediction(stall
 
 def test_the_force_that_stays_on_is_what_goes_beyond():
     """A grip that gives way in a stall; the controls: no stall, and a leak of another origin."""
-    scenario, traces = stalled([(2100, 150)])
+    scenario, traces = stalled([(2100, 100)])
     (still,) = stood_still(traces.users[0])
-    assert still.lasted_s == 0.15 and still.given_j > 5e-4
+    assert still.lasted_s == 0.1 and still.given_j > 5e-4
     found = judged(scenario, traces)
     (port,) = [each for each in found["passivity"]["ports"] if each["passive"] is False]
     # in the rest of the block the device came back some of the way
-    assert 0.4 * still.given_j < port["held_j"] <= still.given_j
+    assert 0.3 * still.given_j < port["held_j"] <= still.given_j
     _, calm = stalled([])
     assert judged(scenario, calm)["passivity"]["components"] == []
     (user,) = calm.users
