@@ -125,7 +125,9 @@ def test_both_ends_without_waves(controller):
         x = x + H * xd
         wave, motion = (tuple((x + rng.normal(size=2) * 0.01).tolist())), (x, xd)
         flags, fresh = (False, False, False, False), n in (0, 60)
-        packet = Packet(n + 1, n, H, wave, (0.0, 0.0), energy_j, wave, *flags, (), 0, fresh, 0, 0)
+        packet = Packet(
+            n + 1, n, H, wave, (0.0, 0.0), energy_j, wave, *flags, 0, (), 0, fresh, 0, 0
+        )
         at, silent = (tuple(each.tolist()) for each in motion), bool(rng.random() < 0.1)
         given = (s, arrivals, packet, *at, silent, p.port, p.arrivals)
         after = frame(*given)

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """A second model of the master's end of the strict channel and of its limits, written from
-theory.md section 17 (17.4, 17.5, 17.10, 17.12, 17.19, 17.23) and 10.2: no port filters.
+theory.md section 17 (17.4, 17.5, 17.10, 17.12, 17.19, 17.23, 17.27, 17.28) and 10.2: no port
+filters.
 """
 
 import math
@@ -70,8 +71,6 @@ class Limits:
         gone = coupled and silence_s > self.release_s
         damped = coupled and silence_s > silent_after_s and (interrupted or gone)
         self._ratios(coupled, damped, damped and gone)
-        if damped:
-            f = self._against(f, xd)
         if self.spring.friction.acts:
             f = f + self.spring.pull(f)
         f = self.part * f
@@ -100,22 +99,18 @@ class Limits:
         self.rest = max(self.rest - self.h / 0.02, 0.0) if damped else 1.0
         self.was_damped = self.by_silence = damped
 
-    def _against(self, f, xd):
-        power, speed = f @ xd, xd @ xd
-        opposing = xd * (power / speed) if power > 0.0 and speed > 0.0 else 0.0 * f
-        return opposing + self.rest * (f - opposing)
-
 
 class MasterModel:
     """One end, stepped as the frame protocol says: packet, arrivals, answer, tick."""
 
-    def __init__(self, *, dof, b, h, rate_drop, store_j, server_s, timeout_s, limits):
+    def __init__(self, *, dof, b, h, rate_drop, store_j, server_s, timeout_s, limits, rises=1.0):
         longest = (20.0 + 20.0 * b) / math.sqrt(2.0 * b)
         self.dof, self.b, self.h, self.frame = dof, b, h, rate_drop
         self.root = math.sqrt(2.0 * b)
-        self.wave = PlayedWave(
-            dof, lent_once_j=store_j, fastest_repaid=0.06 * math.sqrt(b / 2.0), grows_s=0.2
-        )
+        self.steps = max(round(server_s / h), 1)
+        repaid = {"fastest_repaid": 0.06 * math.sqrt(b / 2.0), "grows_s": 0.2}
+        self.wave = PlayedWave(dof, lent_once_j=store_j, steps=self.steps, **repaid)
+        self.rises, self.level, self.more = rises, 0, 0.0
         self.inbox = Receiver(
             dof, self.wave, period_s=server_s, timeout_s=timeout_s, longest_wave=longest
         )
@@ -149,17 +144,22 @@ class MasterModel:
             self.wave.stand_still((k - self.due) * self.h)
         self.due = k + 1
         self._close(x, xd)
+        wanted = 1.0 + (self.rises - 1.0) * self.level / 255.0
+        self.wave.raised += (wanted - self.wave.raised) / self.steps
         v = self.wave.play(self.h)
         if self.node_j < 0.0:
             self.node_j += self.wave.hand_out(-self.node_j)
             if self.node_j < -SAFE_J - self.withheld_j:  # the wave waits until the hand has paid
-                self.wave.out_j -= 0.5 * self.h * float(v @ v)
+                self.wave.out_j -= 0.5 * self.h * self.wave.raised * float(v @ v)
                 self.wave._owe(v * self.h)
                 v = 0.0 * v
-        more = 1.0 + min(0.3 * self.deficit_j / 1e-3, 0.3)
+        more = min(0.3 * self.deficit_j / 1e-3, 0.3)
         if self.asked_for or self.short:
             more += min(max(self.unpaid / 0.03, 0.2), 1.0)
-        asked = more * self.b * self.xd - self.root * v
+        self.more += (more - self.more) * min(self.h / 0.03, 1.0)
+        asked = (
+            self.wave.raised * (self.b * self.xd - self.root * v) + self.more * self.b * self.xd
+        )
         known = self.inbox.last is not None
         silence_s = (now_ns - self.inbox.at_ns) * 1e-9 if known else math.inf
         self.f = self.limits.pass_on(
@@ -172,7 +172,7 @@ class MasterModel:
             interrupted=known and self.inbox.interrupted(now_ns),
         )
         self.v, self.force = v, self.f
-        return packet, asked, self.f, v
+        return packet, asked, self.f, math.sqrt(self.wave.raised) * v
 
     def _close(self, x, xd):
         """17.4 and 17.5: what the tick before moved and brought."""
@@ -185,7 +185,8 @@ class MasterModel:
         dx, moved, velocity = map(np.array, self.encoder.step(x, xd))
         self.xd = velocity
         self.u = self.u + self.root * dx - self.v * self.h
-        self.node_j += 0.5 * self.h * float(self.v @ self.v) + float(force @ moved)
+        self.node_j += 0.5 * self.h * self.wave.raised * float(self.v @ self.v)
+        self.node_j += float(force @ moved)
 
     def _answer(self):
         last = self.inbox.last
@@ -193,16 +194,19 @@ class MasterModel:
             return
         if self.asked_for and not last.flags & FLAG_SHORT:
             self.unpaid = 0.0
+        self.level = last.flags >> 8
         self.asked_for, self.short = bool(last.flags & FLAG_SHORT), self.wave.lacks
         self.silent_after_s = max(self.least_silence_s, self.inbox.silence_ns * 1e-9)
 
     def _packet(self):
         lasts_s = self.frame * self.h
         wave, self.u = self.u / lasts_s, np.zeros(self.dof)
-        needs_j = 0.5 * lasts_s * float(wave @ wave)
+        needs_j = 0.5 * lasts_s * self.wave.raised * float(wave @ wave)
         counts = not self.encoder.exact
         if counts:
-            held = sum(self.b * axis.rough**2 / self.h for axis in self.encoder.axes)
+            held = self.wave.raised * sum(
+                self.b * axis.rough**2 / self.h for axis in self.encoder.axes
+            )
             self.node_j += self.withheld_j - held
             self.withheld_j = held
         self.node_j += self.wave.surplus(lasts_s, asked_for=self.asked_for)

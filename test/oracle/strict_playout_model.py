@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """A second model of a playout of the strict channel, written from theory.md section 17 (17.1 to
-17.3, 17.14, 17.18, 17.19, 17.25) and nothing else.
+17.3, 17.14, 17.18, 17.19, 17.25, 17.27, 17.28) and nothing else.
 
 Everything is kept on the sender's own axis of time: a polygon U(s) of the integral that arrived,
 and the moment ``played`` up to which it was given out. Signals are arrays of ``dof`` numbers.
@@ -25,10 +25,10 @@ class Polygon:
     def end(self):
         return self.times[-1]
 
-    def extend(self, change, lasts_s):
+    def extend(self, change, lasts_s, most_j):
         self.times.append(self.end + lasts_s)
         self.values.append(self.values[-1] + change)
-        self.least_j.append(self.least_j[-1] + float(change @ change) / (2.0 * lasts_s))
+        self.least_j.append(self.least_j[-1] + most_j)
 
     def _inside(self, moment, column):
         moment = min(max(moment, 0.0), self.end)
@@ -48,9 +48,10 @@ class Polygon:
 class PlayedWave:
     """What one end plays out of a wave: 17.2, 17.3, 17.14, 17.18, 17.19, 17.25."""
 
-    def __init__(self, dof, *, lent_once_j, fastest_repaid, grows_s):
-        self.dof, self.e0_j = dof, lent_once_j
+    def __init__(self, dof, *, lent_once_j, fastest_repaid, grows_s, steps=1):
+        self.dof, self.e0_j, self.steps, self.raised = dof, lent_once_j, steps, 1.0
         self.fastest_repaid, self.grows_s = fastest_repaid, grows_s
+        self.keeps_j = 2.5 * MS - lent_once_j
         self.came_j = self.out_j = self.passed_j = self.dropped_j = 0.0
         self.on_loan_j = 0.0
         self.begin()
@@ -63,6 +64,7 @@ class PlayedWave:
         self.owed = np.zeros(self.dof)  # undelivered
         self.guess, self.wrong = np.zeros(self.dof), np.zeros(self.dof)
         self.anything_owed = False
+        self.ramp = [(np.zeros(self.dof), 0.0)] * self.steps  # asked in the last steps
         self.quiet_s = self.shift_s = self.calm_s = 0.0
         self.speed, self.settling_s, self.packet_s = 1.0, 100 * MS, 0.0
         self.already_came = False
@@ -71,17 +73,25 @@ class PlayedWave:
     @property
     def free_j(self):
         held = self.came_j - self.out_j - self.passed_j - self.dropped_j
-        return held - self.line.takes_j(self.played)
+        # of what was asked so many steps ago, so many parts are still to come
+        still = sum(age * j / self.steps for age, (_, j) in enumerate(self.ramp))
+        return held - self.line.takes_j(self.played) - still
 
     @property
     def wants_j(self):
-        return 0.1 * MS + math.sqrt(self.owed @ self.owed) * math.sqrt(
-            self.newest_wave @ self.newest_wave
-        )
+        wants_j = self.keeps_j  # 17.25: the hand fills it up to 2.5 mJ
+        if self.owed @ self.owed > 5e-4**2:
+            newest = math.sqrt(self.newest_wave @ self.newest_wave)
+            wants_j = (
+                max(wants_j, 0.0)
+                + 0.1 * MS
+                + self.raised * math.sqrt(self.owed @ self.owed) * newest
+            )
+        return wants_j
 
     @property
     def lacks(self):
-        return bool(self.owed @ self.owed > 5e-4**2 and self.free_j < self.wants_j)
+        return bool(self.free_j < self.wants_j)
 
     def hand_out(self, most_j, *, keeps_j=0.0):
         given = max(min(self.free_j - keeps_j, most_j), 0.0)
@@ -96,11 +106,11 @@ class PlayedWave:
     # -- arrivals -----------------------------------------------------------------------------
     @property
     def tells_the_other(self):
-        return self.quiet_s > 16 * MS
+        return self.quiet_s > 60 * MS
 
     @property
     def brakes(self):
-        return self.quiet_s > 40 * MS
+        return self.quiet_s > 100 * MS
 
     def arrive(self, change, paid_j, lasts_s):
         self.came_j += paid_j
@@ -111,11 +121,11 @@ class PlayedWave:
         else:
             self.packet_s = lasts_s
         if not self.already_came and self.settling_s <= 0.0:
-            slow_s = 0.2 if ahead_s > 0.0 else 0.8
-            self.shift_s -= ahead_s * min(lasts_s / slow_s, 1.0)
+            self.shift_s -= ahead_s * min(lasts_s / 0.4, 1.0)
         self.already_came = True
         concealed = self.line.end > 0.0 and ahead_s > 0.0
-        self.line.extend(change, lasts_s)
+        least_j = self.raised * float(change @ change) / (2.0 * lasts_s)
+        self.line.extend(change, lasts_s, min(least_j, paid_j))
         self.newest_wave, self.quiet_s = change / lasts_s, 0.0
         if not concealed:
             return
@@ -136,7 +146,7 @@ class PlayedWave:
             return
         before = self.line.integral(self.played)
         self.played += max(min(lasted_s, self.line.end - self.played), 0.0)
-        if lasted_s > 40 * MS:
+        if lasted_s > 100 * MS:
             self.settling_s = 100 * MS
         self._owe(self.line.integral(self.played) - before)
 
@@ -151,12 +161,12 @@ class PlayedWave:
             self.played += too_early_s
             self._owe(self.line.integral(self.played) - before)
         begun = self.played
-        left_s = 54 * MS - (begun - self.line.end)
-        self.speed = max(min(left_s / (30 * MS), 1.0, self.speed + h / (20 * MS)), 0.0)
+        left_s = 120 * MS - (begun - self.line.end)
+        self.speed = max(min(left_s / (40 * MS), 1.0, self.speed + h / (30 * MS)), 0.0)
         haste = min(max(self.shift_s / (50 * MS), -0.3), 0.3)
         self.shift_s -= haste * self.speed * h
         self.played = begun + min((1.0 + haste) * self.speed * h, left_s)
-        if abs(self.played - self.line.end) < 1e-9:
+        if abs(self.played - self.line.end) < 1e-12:
             self.played = self.line.end
         self.already_came = False
         if self.played <= self.line.end:
@@ -173,21 +183,27 @@ class PlayedWave:
         predicted = self.newest_wave * beyond_s
         mended = self.wrong * min(h / (30 * MS), 1.0)
         due = self.line.integral(self.played) - self.line.integral(begun) + predicted + mended
+        least_j = self.line.takes_j(begun) - self.line.takes_j(self.played)
+        self.ramp = [*self.ramp[1:], (due, least_j)]
+        due = sum(each for each, _ in self.ramp) / self.steps
         self.guess, self.wrong = self.guess + predicted, self.wrong - mended
-        if beyond_s > 0.0 or np.any(np.abs(mended) > 1e-15):
+        if beyond_s > 0.0 or np.any(np.abs(mended) > 1e-15) or self.raised > 1.0:
             self.on_loan_j = self.e0_j
         free_j = self.free_j
         wave = due / h
-        # 17.2; what is left for predictions lasts 15 ms at least
-        most_w = max(free_j + self.on_loan_j, 0.0) / (max(h, 15 * MS) if beyond_s > 0.0 else h)
+        # 17.2; what is left for predictions lasts 30 ms at least
+        most_w = max(free_j + self.on_loan_j, 0.0) / (max(h, 30 * MS) if beyond_s > 0.0 else h)
+        most_w /= self.raised
         if wave @ wave > 2.0 * most_w:
             wave = wave * math.sqrt(2.0 * most_w / (wave @ wave))
             self._owe(due - wave * h)
         if self.anything_owed and self.calm_s > 0.1:
-            wave = wave + self._made_up(wave, max(free_j, 0.0), h)
-        spent_j = 0.5 * h * float(wave @ wave)
+            wave = wave + self._made_up(
+                wave, max(free_j - min(self.keeps_j, 0.0), 0.0) / self.raised, h
+            )
+        spent_j = 0.5 * h * self.raised * float(wave @ wave)
         self.out_j += spent_j
-        self.on_loan_j = min(self.on_loan_j, max(spent_j - free_j, 0.0))
+        self.on_loan_j = min(max(self.on_loan_j, -self.keeps_j), max(spent_j - free_j, 0.0))
         if free_j > 0.05 and self.owed @ self.owed <= 5e-4**2:
             self.dropped_j += max(self.free_j - 0.05, 0.0)
         return wave

@@ -105,7 +105,7 @@ class Receiver:
 
     def unheard(self, now_ns):
         since = self.unheard_since
-        return since is not None and now_ns - since > self.silence_ns
+        return since is not None and self.at_ns - since > self.silence_ns
 
     def interrupted(self, now_ns):
         return self.unheard(now_ns) or self.played.brakes

@@ -10,6 +10,7 @@ from pmwvc_core.transport.packet import (
     FLAG_LEAVING,
     FLAG_SHORT,
     FLAG_WAITING,
+    LEVEL_BITS,
     WavePacket,
 )
 
@@ -41,7 +42,7 @@ class Sender:
         self.begin()
 
     def begin(self):
-        self.seq = self.flags = 0
+        self.seq = self.flags = self.level = 0
         self.integral, self.energy = np.zeros(self.dof), 0.0
 
     def restart(self, now, gone):
@@ -58,6 +59,8 @@ class Sender:
             self.share = rng.uniform(0.5, 1.5) * network["paid"]
         if rng.random() < 0.02:
             self.flags ^= FLAG_ANEW if self.places and rng.random() < 0.5 else FLAG_WAITING
+        if rng.random() < 0.02:
+            self.level = int(rng.integers(256))
         wave = self.mean + 0.1 * network["wave"] * rng.normal(size=self.dof)
         self.integral = self.integral + wave * period
         self.energy += 0.5 * period * self.share * float(wave @ wave)
@@ -74,7 +77,10 @@ class Sender:
             self.energy,
             form(position),
             *(1, echo_ns, 0),
-            flags=self.flags | (FLAG_LEAVING if leaving else 0) | (FLAG_SHORT if asks else 0),
+            flags=self.flags
+            | (FLAG_LEAVING if leaving else 0)
+            | (FLAG_SHORT if asks else 0)
+            | self.level << LEVEL_BITS,
         )
         if network["hostile"] and rng.random() < 0.05:
             name, value = FALSE[rng.integers(len(FALSE))]

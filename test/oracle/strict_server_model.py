@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """A second model of the server's end of the strict channel, written from theory.md 4.3 to 4.5,
-17.13, 17.19 and 17.20: users around a cube or a wall, solved together by the midpoint rule.
+17.13, 17.19, 17.20 and 17.28: users around a cube or a wall, solved together by the midpoint rule.
 
 A two-sided contact is solved in closed form; a grip is two nested searches for a root.
 """
@@ -23,7 +23,7 @@ FLAG_LEAVING, FLAG_ANEW = 2, 8
 class UserModel:
     """One user's port, its brake, and what it receives."""
 
-    def __init__(self, dof, contact, *, b, store_j, frame_s, timeout_s, h):
+    def __init__(self, dof, contact, *, b, store_j, frame_s, timeout_s, h, rises=1.0):
         self.dof, self.contact, self.b = dof, contact, b
         self.wave = PlayedWave(
             dof, lent_once_j=store_j, fastest_repaid=0.06 * math.sqrt(b / 2.0), grows_s=0.1
@@ -37,11 +37,20 @@ class UserModel:
         self.offset, self.f, self.heat_j = np.zeros(dof), np.zeros(dof), 0.0
         self.sent, self.sent_j = np.zeros(dof), 0.0
         self.in_j = self.back_j = 0.0
+        self.rises, self.level, self.touched_s = rises, 0.0, 0.0
+
+    def follow(self, h):
+        """17.28: the impedance of this step, over b."""
+        if self.rises > 1.0:
+            self.touched_s = 0.06 if self.f @ self.f > 0.05**2 else max(self.touched_s - h, 0.0)
+            self.level += 255.0 * (h / 0.1 if self.touched_s > 0.0 else -h / 0.05)
+            self.level = min(max(self.level, 0.0), 255.0)
+        self.wave.raised = 1.0 + (self.rises - 1.0) * int(self.level) / 255.0
 
     def firmness(self, u):
         """17.13: N of this step."""
         limit = self.friction.limit
-        left = self.f - math.sqrt(2.0 * self.b) * u
+        left = self.f - math.sqrt(2.0 * self.b * self.wave.raised) * u
         size = math.sqrt(left @ left)
         if limit <= 0.0 or left @ self.f <= 0.0:
             return 1.0
@@ -64,6 +73,7 @@ class ServerModel:
     def step(self, now_ns, packets, missed_s):
         for user, arrived in zip(self.users, packets, strict=True):
             there = user.there
+            user.follow(self.h)
             for packet in arrived:
                 self._take(user, packet, now_ns)
             if missed_s > 0.0 and there:
@@ -104,7 +114,7 @@ class ServerModel:
 
     def _port(self, user, now_ns):
         """The port as the coupling sees it: impedance N b, wave u/sqrt(N)."""
-        u = user.wave.play(self.h)
+        u = math.sqrt(user.wave.raised) * user.wave.play(self.h)
         if user.there and (now_ns - user.inbox.at_ns) * 1e-9 > self.release_s:
             self._leave(user)
         port = SimpleNamespace(user=user, u=u, n=1.0, v=np.zeros(self.dof), lasting=0.0)
@@ -112,7 +122,7 @@ class ServerModel:
             port.damped = user.inbox.silent(now_ns) or user.inbox.unheard(now_ns)
             user.friction.step(user.inbox.interrupted(now_ns), user.f)
             port.n = user.firmness(u)
-        port.b, port.u1 = port.n * user.b, u / math.sqrt(port.n)
+        port.b, port.u1 = port.n * user.b * user.wave.raised, u / math.sqrt(port.n)
         port.free = math.sqrt(2.0 / port.b) * port.u1
         return port
 
@@ -175,9 +185,10 @@ class ServerModel:
         passed_j = user.wave.surplus(self.h, asked_for=bool(user.inbox.last.flags & FLAG_SHORT))
         user.in_j += self._net(port.u) + passed_j
         user.back_j += self._net(port.v) + passed_j
-        user.sent, user.sent_j = user.sent + port.v * self.h, user.sent_j + self._net(port.v)
-        user.sent_j += passed_j
+        wave = port.v / math.sqrt(user.wave.raised)
+        user.sent = user.sent + wave * self.h
+        user.sent_j += self._net(port.v) + passed_j
         x_s = self.x + user.contact.at + user.contact.e
-        found = self._packet(user, wave=port.v, position=x_s - user.offset)
+        found = self._packet(user, wave=wave, position=x_s - user.offset)
         found.short, found.x_s, found.u, found.damped = user.wave.lacks, x_s, port.u, port.damped
         return found

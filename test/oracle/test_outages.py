@@ -14,15 +14,21 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.nodes import brakes, limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame import LIVE, Presence
+from pmwvc_core.law.channel.constants import HOLD_S, REPORTED_S
+from pmwvc_core.law.channel.pace import pace_arrive
 from pmwvc_core.law.port.strict_master import KEPT_J
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import RecordedFate, RecordedLink
+from pmwvc_core.params import SafetyParams
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import SteppedSession, simulate_one
 
 SPARED = ("channel__arrivals__spared", "port__strict_master__spared")
 BEGIN_S, LEAST_J = 6.0, -1e-9
-ROUND_TRIP_S = 2 * (0.016 + 0.008)
+DELAY_S, STEP_S = 0.016, 0.008
+ROUND_TRIP_S = 2 * (DELAY_S + STEP_S)
+# The end that is told is the later one; the last wave is on its way, and loops look once in a step.
+BRAKED_S = 2 * DELAY_S + REPORTED_S + SafetyParams().timeout_s + 3 * STEP_S
 OUTAGES = {
     "up": ("link.up", 0.5),
     "down": ("link.down", 0.5),
@@ -53,10 +59,14 @@ def peak_n(traces):
     return max(np.abs(user.f_applied[user.time_s > 2.0]).max() for user in traces.users)
 
 
-def damped_s(time_s, state, damping):
-    """Time from the begin of the outage until a force loop, or an avatar, has only damping [s]."""
+def brakes_in_time(time_s, state, damping, length_s):
+    """Tell whether a force loop, or an avatar, has only damping soon after the begin of an outage;
+    of one that is concealed the hand knows nothing.
+    """
     rows = (time_s >= BEGIN_S) & (np.ravel(state) == damping)
-    return time_s[rows][0] - BEGIN_S
+    if length_s < HOLD_S - STEP_S and damping == SafetyState.DAMPING:
+        return not rows.any()
+    return time_s[rows][0] - BEGIN_S <= BRAKED_S
 
 
 @pytest.mark.parametrize("name", OUTAGES)
@@ -69,10 +79,10 @@ def test_hands_and_cube_are_together_within_a_second(name):
         assert least_j(energy) >= LEAST_J
         most = user.tick_s * scenario.users[0].safety.max_slew
         assert np.abs(np.diff(user.f_applied[:, 0])).max() <= most * (1.0 + 1e-9)
-        assert damped_s(user.block_time_s, user.state, SafetyState.DAMPING) <= 0.1
+        assert brakes_in_time(user.block_time_s, user.state, SafetyState.DAMPING, length_s)
         assert np.abs(user.f_applied[-500:]).mean() > 1.0  # the grip is there
     for state in traces.server.state:
-        assert damped_s(traces.server.time_s, state, Presence.DAMPING) <= 0.1
+        assert brakes_in_time(traces.server.time_s, state, Presence.DAMPING, length_s)
     force = max(np.abs(user.f_applied[-1, 0]) for user in traces.users)
     allowed_m = force * ROUND_TRIP_S / (2.0 * 25.0) + 1e-3
     assert apart_m(traces, end_s + 1.0, end_s + 2.0) <= allowed_m
@@ -117,7 +127,7 @@ BURST_S = 0.02  # in which links give out what they kept back
 def burst():
     """Return a link that keeps everything back for a while, then gives it out in quick order."""
     record, end_s = {}, STALL_S + STALLED["links"]
-    for number in range(1, 900):
+    for number in range(1, 1025):
         sent_s = (number - 1) * 0.008
         out_s = sent_s + 0.016
         if STALL_S <= out_s < end_s:
@@ -126,13 +136,13 @@ def burst():
     return RecordedLink(record)
 
 
-def stalled(who):
+def stalled(who, duration_s=7.0):
     """Two hands carry; the loop of one process stands still and skips what was due, or all links
     keep everything back.
     """
-    scenario = files.load("blackout_2s", settings_texts=["link.schedule="], duration_s=7.0)
+    scenario = files.load("blackout_2s", settings_texts=["link.schedule="], duration_s=duration_s)
     end_s = STALL_S + STALLED[who]
-    ticks = np.arange(7000, dtype=np.int64)
+    ticks = np.arange(round(duration_s * 1000), dtype=np.int64)
     still = (ticks >= STALL_S * 1000) & (ticks < end_s * 1000)
     if who == "server":
         steps = ticks[(ticks % 8 == 2) & ~still]
@@ -160,15 +170,18 @@ def test_what_stood_still_makes_nothing_later(who):
 
 @pytest.mark.parametrize("who", ["user1", "links"])
 def test_what_is_played_later_leaves_them_apart(who, monkeypatch):
-    """The control: no loop lets time go by, no burst is skipped, no lag is made up."""
+    """The control: no loop lets time go by, no burst is skipped, no lag is made up. In motion the
+    lag of one hand alone shows less: it is carried from 4 to 7 s.
+    """
     as_written(
         monkeypatch,
         channel__arrivals__pass_by=lambda playout, lasted_s: playout,
-        channel__pace__BURST_S=0.0,
-        channel__pace__EARLY_S=1e9,
+        channel__playout__pace_arrive=lambda pace, lasted_s: pace_arrive(pace, lasted_s)._replace(
+            shift_s=pace.shift_s, burst_s=0.0
+        ),
     )
-    _, traces = stalled(who)
-    assert apart_m(traces, STALL_S + 1.5, 7.0) > 5e-3
+    _, traces = stalled(who, duration_s=8.0)
+    assert apart_m(traces, 7.5, 8.0) > 5e-3
 
 
 def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
@@ -221,6 +234,6 @@ def test_the_lag_is_back_ten_seconds_after_a_disturbance(name):
 
 def test_where_neither_direction_nor_hand_pays_a_distance_stays(monkeypatch):
     """The control, which runs the laws as written: not as long."""
-    none = {name: lambda s, h, wanted: (s, 0.0) for name in SPARED}
+    none = {name: lambda s, h, wanted, p: (s, 0.0) for name in SPARED}
     as_written(monkeypatch, port__strict_master__ASKED=0.0, **none)
     assert left("a delay of 200 ms", after_s=3.0)[1] > 1e-3

@@ -34,12 +34,21 @@ BOTH = NETWORKS | {
     "dof": st.sampled_from((1, 1, 3)),
     "b": st.sampled_from((5.0, 25.0, 80.0)),
     "store_j": st.sampled_from((0.0, 2e-3, 0.05)),
+    "rises": st.sampled_from((1.0, 1.0, 4.0, 12.0)),
     "stalls": st.booleans(),
     "restarts": st.booleans(),
     "release_s": st.sampled_from((0.15, 5.0)),
 }
 ROUGH = {
-    **{"seed": 7, "dof": 1, "b": 25.0, "store_j": 2e-3, "stalls": True, "restarts": False},
+    **{
+        "seed": 7,
+        "dof": 1,
+        "b": 25.0,
+        "rises": 4.0,
+        "store_j": 2e-3,
+        "stalls": True,
+        "restarts": False,
+    },
     **{"wave": 0.3, "paid": 1.0, "loss": 0.1, "late": 0.2, "outages_s": [0.2, 0.5]},
     **{"asks": True, "hostile": False, "release_s": 5.0},
 }
@@ -82,7 +91,8 @@ loops = st.fixed_dictionaries(
 
 def loop_of(case):
     own = {name: case[name] for name in ("rate_drop", "store_j")}
-    master = MasterParams(impedance=case["b"], tick_s=H, **own)
+    high = case["rises"] * case["b"]
+    master = MasterParams(impedance=case["b"], contact_impedance=high, tick_s=H, **own)
     limits = {"soft_start_s": 0.05, "timeout_s": TIMEOUT_S, "release_s": case["release_s"]}
     safety = SafetyParams(max_force=5.0, max_slew=4000.0, **limits)
     server_s = case["server_ticks"] * H
@@ -93,7 +103,8 @@ def loop_of(case):
     )
     limits = {"soft_s": 0.05, "release_s": case["release_s"], "most_n": 5.0, "slew_n": 4000.0 * H}
     times = {"h": H, "server_s": server_s, "timeout_s": TIMEOUT_S}
-    return loop, MasterModel(dof=case["dof"], b=case["b"], limits=limits, **times, **own)
+    own |= {"dof": case["dof"], "b": case["b"], "rises": case["rises"]}
+    return loop, MasterModel(limits=limits, **times, **own)
 
 
 def motion(rng, dof):
@@ -184,7 +195,8 @@ def server_of(case):
     b, h, frame_s, dof = case["b"], case["step"] * H, case["frame"] * H, case["dof"]
     law = {"contact_stiffness": case["stiffness"], "contact_damping": case["damping"]}
     contact = ContactParams(contact="grip" if case["grips"] else "bilateral", gap_m=GAP_M, **law)
-    master = MasterParams(impedance=b, rate_drop=case["frame"], tick_s=H)
+    high, frame = case["rises"] * b, case["frame"]
+    master = MasterParams(impedance=b, contact_impedance=high, rate_drop=frame, tick_s=H)
     server = ServerParams(
         environment="wall" if case["wall"] else "cube",
         period_s=h,
@@ -201,7 +213,14 @@ def server_of(case):
         task=TaskParams(kind="hold"),
         times=ServerTimes(TIMEOUT_S, case["release_s"], 0.5),
     )
-    own = {"b": b, "store_j": case["store_j"], "frame_s": frame_s, "timeout_s": TIMEOUT_S, "h": h}
+    own = {
+        "rises": case["rises"],
+        "b": b,
+        "store_j": case["store_j"],
+        "frame_s": frame_s,
+        "timeout_s": TIMEOUT_S,
+        "h": h,
+    }
     users = []
     for side in SIDES:
         spring = Spring(dof, *law.values())

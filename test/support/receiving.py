@@ -11,8 +11,9 @@ import numpy as np
 from pmwvc_core.ends.inbox import Inbox, message, value, vector
 from pmwvc_core.law.channel import arrivals, playout
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, anew, arrive, start_of, wave_of
+from pmwvc_core.law.channel.constants import SETTLE_S
 from pmwvc_core.law.channel.packet import Packing, Sent, pack
-from pmwvc_core.law.channel.playout import RETURN_S, Energies, PlayoutParams
+from pmwvc_core.law.channel.playout import Energies, PlayoutParams
 from pmwvc_core.made.user import packing_params
 from pmwvc_core.params import DeadbandParams
 from support.session_given import session_given
@@ -38,7 +39,7 @@ class ReceivingEnd:
             session_given(channel=channel, dof=dof), 25.0, from_server=False, **times
         )
         self.inbox.max_wave = longest
-        played = PlayoutParams(most_repaid, RETURN_S, store_j)
+        played = PlayoutParams(most_repaid, SETTLE_S, store_j)
         strict, once = channel == "strict", channel == "zeroing"
         self.p = ArrivalsParams(timeout_s, longest, once, strict, played)
         self.s = start_of(strict, dof, timeout_s, period_s)
@@ -84,7 +85,7 @@ class SendingEnd:
 class Playing:
     """A playout; waves are floats or ``(dof,)``."""
 
-    def __init__(self, dof=1, *, most_repaid=1.0, rises_s=RETURN_S):
+    def __init__(self, dof=1, *, most_repaid=1.0, rises_s=SETTLE_S):
         self.dof, self.p = dof, PlayoutParams(most_repaid, rises_s, 0.0)
         self.s = playout.resting_playout((0.0,) * dof, Energies())
 
@@ -98,7 +99,7 @@ class Playing:
         return value(wave)
 
     def spared(self, h, wanted):
-        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted))
+        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted), self.p)
         return energy_j
 
     def pass_by(self, lasted_s):

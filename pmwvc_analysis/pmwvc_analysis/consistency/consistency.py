@@ -193,7 +193,7 @@ def _port(server: ServerTraces, index: int, known: User | None, *, exact: bool) 
         work, waves = np.sum(f * server.xd_s[index], axis=-1), (power(u) - power(v)) / 2.0
         text = f"{name}: F xd is not (|u|^2 - |v|^2)/2 at the server"
         yield from off(text, "W", work, waves, rows)
-    if known is not None:
+    if known is not None and known.master.rises == 1.0:
         force = root(known.server_impedance / 2.0) * (u - v)
         yield from off(f"{name}: F is not sqrt(b/2) (u - v) at the server", "N", f, force, rows)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from pmwvc_analysis.traces.hand_work import complete, measured, true_motion
 from pmwvc_analysis.traces.holes import gaps
-from pmwvc_core.law.port.strict_master import ASKED
+from pmwvc_core.law.channel.constants import MEND_S
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces
@@ -74,15 +74,21 @@ def master(
 
 def _strict(user: UserTraces, known: User) -> Iterator[str]:
     """Check F = b xd - sqrt(2b) v_m and u_m = sqrt(2b) xd - v_m of the strict channel; F has
-    ``ASKED`` to all of b xd more in ticks where a playout is short of energy.
+    up to all of b xd more, coming and going within ``MEND_S``, as a playout is short of energy.
     """
+    if known.master.rises > 1.0:  # with which impedance a tick ran is not on record
+        return
     port = WavePort(known.impedance)
     damped = np.asarray(port.force(user.xd_m, 0.0 * user.v_m))
     beyond = user.f_m - port.force(user.xd_m, user.v_m)
     size = np.maximum(power(damped), np.finfo(float).tiny)
-    share = np.clip(np.sum(beyond * damped, axis=-1) / size, ASKED, 1.0)  # one for all axes
+    share = np.clip(np.sum(beyond * damped, axis=-1) / size, 0.0, 1.0)  # one for all axes
     asked = np.where(np.abs(beyond).max(axis=-1) > SMALLEST, share, 0.0)[:, np.newaxis] * damped
     yield from _force(user, known, asked)
+    moves = power(damped) > SMALLEST
+    most = RELATIVE + np.diff(user.tick[moves]) * user.tick_s / MEND_S
+    if (np.abs(np.diff(share[moves])) > most).any():
+        yield f"{user.name}: F is not of a damping that changes within {MEND_S * 1e3:g} ms"
     u_m = np.asarray(port.u(user.xd_m, user.v_m))
     yield from off(f"{user.name}: u_m is not sqrt(2b) xd - v_m", "sqrt(W)", user.u_m, u_m)
 

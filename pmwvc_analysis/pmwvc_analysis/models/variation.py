@@ -28,7 +28,7 @@ from pmwvc_core.server.contained import Contained
 
 AMPLE_J = 1e3  # more than any wave of the model needs, so no account ever binds
 LEAST_S = 1e-9  # of a soft start
-SETTLED_S = 30.0  # many times as long as the lag takes to follow
+SETTLED_S = 100.0  # many times as long as the lag takes to follow, with packets shorter than steps
 KEPT = ("tick_s", "brake_stiffness")  # of the limits
 TIMES = ("delay_s", "tick_s", "period_s")  # numbers that decide when things happen
 T = TypeVar("T")
@@ -142,6 +142,7 @@ def _session(scenario: Scenario, dof: int) -> Any:
 
 def _touching(user: User) -> User:
     """Return a user always in contact and with a local model."""
+    user = user.in_contact
     local = changed(user.master.local_model, acts="everywhere")
     contact = changed(user.contact, contact="bilateral")
     return changed(user, master=changed(user.master, local_model=local), contact=contact)

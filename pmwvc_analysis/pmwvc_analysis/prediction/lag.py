@@ -21,14 +21,15 @@ nothing is touched: the wave comes back with the other sign.
 
 On the strict channel, without filter, rate drop and hold, a playout follows how late packets come:
 by the greatest age a of the newest packet at a step of the server, and the delay d down, where
-delays are constant. A step's wave is taken and answered as a whole, half a step late each way:
+delays are constant. A step's wave is taken and answered as a whole, half a step late each way, and
+the master's ramp is the mean of N = T_VE/T_c ticks:
 
-    tau = a + d + T_VE,    with nothing touched T_c less
+    tau = a + d + T_VE + (N - 1)/2 T_c,    with nothing touched T_c less
 
-Else it settles at the lateness L with r E[(late - L)+] = E[(L - late)+], r = EARLY_S/LATE_S
-(``law.channel.pace``): from the mean (sqrt(r) - 1)/(sqrt(r) + 1) of the way to the longest delay
-under uniform jitter, and later by what packets lost one by one make of the next ones. A deadband
-adds the time for which a frame waits at most. Delays of other shape and bursts are not counted.
+Else it settles at the mean lateness: at the mean delay, and with a ratio p of packets lost one by
+one 2 p/(1 - p) packets later, as a segment counts by its length. A deadband adds the time for
+which a frame waits at most. Bursts are not counted. Where the impedance follows contact, b is that
+of contact for what is felt there, and that of free motion for the mass.
 
 Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5, 17.7.
 """
@@ -36,13 +37,11 @@ Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5, 17.7.
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pmwvc_analysis.models.links import delay_ticks, hyperperiod_ticks, link_times
 from pmwvc_analysis.prediction.environment import decodes_late
-from pmwvc_core.law.channel.pace import EARLY_S, LATE_S
 from pmwvc_core.law.motion import motion
-from pmwvc_core.network.effects import active, longest_s, mean_s
+from pmwvc_core.network.effects import active, mean_s
 from pmwvc_core.params import DeadbandParams, DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COUPLINGS
@@ -52,8 +51,6 @@ from pmwvc_core.wave.impedance import first_axis, transformation
 from pmwvc_core.wave.velocity_filter_design import slow_lags
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
-SHARE = (math.sqrt(EARLY_S / LATE_S) - 1.0) / (math.sqrt(EARLY_S / LATE_S) + 1.0)
-RARE = 1e-6  # longer runs of lost packets do not count
 MOST_LOOKS = 20000  # ticks of a hyperperiod over which ages are averaged
 
 
@@ -85,7 +82,7 @@ def series_stiffness(contact: float, impedance: float, tau: float, ratio: float 
 
 def rendered_stiffness(user: User, tau: float) -> float:
     """Return the stiffness at a user's device, the contact being known [N/m]."""
-    contact, b = float(user.contact.contact_stiffness), first_axis(user.impedance)
+    contact, b = float(user.contact.contact_stiffness), first_axis(user.in_contact.impedance)
     return series_stiffness(contact, b, tau, transformer(user))
 
 
@@ -159,10 +156,10 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
 def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     """Return tau on the strict channel [s]."""
     tick_s, period_s, frame_s = scenario.tick_s, scenario.server.period_s, user.master.frame_s
-    delay = round(_latest_s(user.link_up, tick_s, live=live) / tick_s)
+    delay = round(_delay_s(user.link_up, tick_s, live=live) / tick_s)
     up = link_times(user, scenario, live=live).up._replace(delay=delay)
     lag = max(up.ages(hyperperiod_ticks(scenario))) * tick_s
-    lag += _latest_s(user.link_down, tick_s, live=live)
+    lag += _delay_s(user.link_down, tick_s, live=live) + 0.5 * (period_s - tick_s)
     lag += _lost_s(user.link_up, frame_s) + _lost_s(user.link_down, period_s)
     lag += _held_back_s(user.master.deadband, frame_s)
     lag += _held_back_s(user.contact.deadband, period_s)
@@ -175,25 +172,14 @@ def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:
     return max(frames - 1, 0) * interval_s
 
 
-def _latest_s(link: LinkParams, tick_s: float, *, live: bool) -> float:
-    """Return the delay that a playout follows, in whole ticks [s]: mean if no longest is known."""
-    if not any(effect.spreads for effect in active(link)):
-        return delay_ticks(link, tick_s=tick_s, live=live) * tick_s
-    longest, mean = longest_s(link), mean_s(link)
-    slower = SHARE * (longest - mean) if math.isfinite(longest) else 0.0
-    return math.ceil((mean + slower) / tick_s - 1e-9) * tick_s
+def _delay_s(link: LinkParams, tick_s: float, *, live: bool) -> float:
+    """Return the delay that a playout follows, where it is constant in whole ticks [s]."""
+    if any(effect.spreads for effect in active(link)):
+        return mean_s(link)
+    return delay_ticks(link, tick_s=tick_s, live=live) * tick_s
 
 
 def _lost_s(link: LinkParams, interval_s: float) -> float:
     """Return what packets that are lost one by one add to the lag that a playout follows [s]."""
     loss = float(np.max(link.loss))
-    if not 0.0 < loss < 1.0:
-        return 0.0
-    packets = np.arange(1, 1 + math.ceil(math.log(RARE) / math.log(loss)))
-    weights = packets * loss ** (packets - 1)  # a segment counts by its length
-
-    def early(lag: float) -> float:
-        late = packets - 1 - lag
-        return float(np.sum(weights * np.where(late > 0.0, -EARLY_S / LATE_S, -1.0) * late))
-
-    return interval_s * float(brentq(early, 0.0, float(packets[-1])))
+    return interval_s * 2.0 * loss / (1.0 - loss) if loss < 1.0 else 0.0

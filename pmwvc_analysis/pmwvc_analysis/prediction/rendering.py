@@ -38,7 +38,7 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
     """Return what the lag is rendered as, in words: a spring and a mass; where the avatar leads by
     more than the waves lag, what the device renders instead.
     """
-    tau, b = lag.lag_s(user, scenario, live=live), first_axis(user.impedance)
+    tau, b = lag.lag_s(user, scenario, live=live), first_axis(user.in_contact.impedance)
     mass = lag.rendered_mass(user, scenario, live=live)
     stiffness, contact = lag.rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
     whole = mass + float(user.device.mass)
@@ -88,7 +88,7 @@ def press_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     lent_j = float(position.storage_j)
     if not (scenario.strict and position.is_on and lent_j > 0.0) or scenario.coupling.black_box:
         return []
-    tau_s, b = lag.lag_s(user, scenario, live=live), first_axis(user.impedance)
+    tau_s, b = lag.lag_s(user, scenario, live=live), first_axis(user.in_contact.impedance)
     if tau_s <= 0.0:  # its avatar leads by more than the waves lag: nothing is to be paid
         return []
     most = math.sqrt(2.0 * b) * float(position.gain)

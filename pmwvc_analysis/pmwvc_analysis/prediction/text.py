@@ -201,7 +201,7 @@ def encoder_noise_w(user: User) -> float:
     passed = response(master.filter, turn / tick_s, tick_s=tick_s, rate_drop=master.rate_drop)
     differenced = np.mean(np.abs(2.0 * np.sin(np.pi * turn) * passed) ** 2)
     variance = float(device.encoder_step_m) ** 2 / 12.0 / tick_s**2
-    return float(largest(user.impedance) * variance * differenced)
+    return float(largest(user.in_contact.impedance) * variance * differenced)
 
 
 def encoder_lines(scenario: Scenario) -> list[str]:

@@ -133,7 +133,8 @@ def ideal_of(scenario: Scenario) -> Scenario:
 
 
 def untouched(scenario: Scenario) -> Scenario:
-    """Return the scenario with contacts that exert no force."""
+    """Return the scenario with contacts that exert no force, and the impedance of free motion."""
+    scenario = varied(scenario, "master.contact_impedance", None)
     for name in ("contact_stiffness", "contact_damping"):
         scenario = varied(scenario, f"server.{name}", 0.0)
     return scenario

@@ -170,7 +170,7 @@ def _of_user(
         text = "no offset of device and avatar is predicted: the ends have different impedance,"
         text = f"{user.name}: {text} {far}"
         return Outcome("offset", None, text, user.name)
-    m_per_s, late_s = force / (2.0 * first_axis(user.impedance)), entry["late_s"]
+    m_per_s, late_s = force / (2.0 * first_axis(user.in_contact.impedance)), entry["late_s"]
     even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
     reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
     until_m = even_m + m_per_s * late_s if ranges and late_s is not None else None

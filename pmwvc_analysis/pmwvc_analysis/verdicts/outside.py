@@ -33,7 +33,7 @@ def too_long(traces: SessionTraces, scenario: Scenario | None) -> str:
     longest: dict[str, float] = {}
     for stage in stages(traces, scenario):
         for known in stage.scenario.users:
-            ends = (known.impedance, known.server_impedance)
+            ends = (known.in_contact.impedance, known.in_contact.server_impedance)
             own = (largest_wave(b, waves=True) for b in ends)
             longest[known.name] = max(longest.get(known.name, 0.0), *own)
     sent = [(user.name, "master", user.u_m, user.time_s) for user in traces.users]

@@ -23,6 +23,7 @@ from pmwvc_core.transport.packet import (
     FLAG_LEAVING,
     FLAG_SHORT,
     FLAG_WAITING,
+    LEVEL_BITS,
     WavePacket,
 )
 from pmwvc_core.transport.receiver import ACCEPTED, NEW_EPOCH, Receiver
@@ -55,7 +56,8 @@ def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
     return Packet(
         packet.seq, packet.sent_ns, packet.period, wave, integral, energy_j, position,
         bool(flags & FLAG_SHORT), bool(flags & FLAG_WAITING), bool(flags & FLAG_ANEW),
-        bool(flags & FLAG_LEAVING), packet.extra, packet.echo_seq, fresh, lost, packet.epoch,
+        bool(flags & FLAG_LEAVING), flags >> LEVEL_BITS, packet.extra,
+        packet.echo_seq, fresh, lost, packet.epoch,
     )  # fmt: skip
 
 
@@ -65,7 +67,7 @@ def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) 
     return WavePacket(
         epoch, packet.number, packet.sent_ns, packet.period_s, value(packet.wave),
         value(packet.integral), packet.energy_j, value(packet.position), *echo,
-        flags | packet.short * FLAG_SHORT, packet.extra,
+        flags | packet.short * FLAG_SHORT | packet.level << LEVEL_BITS, packet.extra,
     )  # fmt: skip
 
 

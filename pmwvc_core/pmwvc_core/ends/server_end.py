@@ -17,7 +17,13 @@ from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value
 from pmwvc_core.frame import Presence, ServerRow
 from pmwvc_core.law.channel.arrivals import arrive, news
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
-from pmwvc_core.law.server.server_port import changed_port, environment_energies, left, port_shown
+from pmwvc_core.law.server.server_port import (
+    changed_port,
+    environment_energies,
+    left,
+    port_shown,
+    sum_j,
+)
 from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
@@ -183,10 +189,11 @@ class ServerEnd(PortEnd):
                 return None
             # A packet of nothing, which an answer has to echo.
             rest = zero(port.x_s)
-            sent = Sent(rest, rest, port.account_j, port.extra)
-            packing = p.guests[user].packing
-            about = now_ns, (False, news(guest.arrivals)[1]), guest.anew, False, 0, 1
-            packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, packing)
+            q = p.guests[user]
+            sent = Sent(rest, rest, sum_j(port, q.arrivals.plays_on), port.extra)
+            _, waits = news(guest.arrivals, q.arrivals)
+            about = now_ns, (False, waits), guest.anew, False, 0, 1
+            packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, q.packing)
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE

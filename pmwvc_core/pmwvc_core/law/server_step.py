@@ -16,7 +16,16 @@ A silent user is rendered a matched damper; braked on the strict channel.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import anew, arrive, interrupted, missed, news, spare, wave_of
+from pmwvc_core.law.channel.arrivals import (
+    anew,
+    arrive,
+    interrupted,
+    missed,
+    news,
+    raised,
+    spare,
+    wave_of,
+)
 from pmwvc_core.law.channel.packet import (
     Packet,
     Packing,
@@ -36,8 +45,11 @@ from pmwvc_core.law.server.server_port import (
     environment_step,
     joined,
     left,
+    port_raised,
+    sum_j,
 )
-from pmwvc_core.law.vectors import Vector, columns, each, minus, total, zero
+from pmwvc_core.law.vectors import Vector, columns, each, minus, scaled, total, zero
+from pmwvc_core.law.wave.following import Following, followed
 
 ABSENT, JOINING, COUPLED, DAMPING = 0, 1, 2, 3
 
@@ -50,6 +62,7 @@ class Guest(NamedTuple):
     arrivals: Any
     packing: Packing
     extra: Vector  # signals beside the wave, of the newest packet
+    following: Following
 
 
 class GuestParams(NamedTuple):
@@ -57,6 +70,7 @@ class GuestParams(NamedTuple):
 
     arrivals: Any
     packing: PackingParams
+    most: float  # n
 
 
 class Server(NamedTuple):
@@ -107,6 +121,8 @@ def _come(
 ) -> tuple[Guest, UserPort, Came, float]:  # fmt: skip
     """Take a user's packets in; return what it brings to the step, and the energy dropped [J]."""
     presence, flips, arrivals, lost_j, extra = s.presence, s.anew, s.arrivals, 0.0, s.extra
+    following = followed(s.following, port.avatar.f, p.period_s, q.most)
+    arrivals, port = raised(arrivals, following.ratio), port_raised(port, following.ratio)
     there = presence != ABSENT
     for packet in packets:
         arrivals, extra = arrive(arrivals, packet, now_ns, q.arrivals), packet.extra
@@ -132,8 +148,14 @@ def _come(
             presence, brakes = COUPLED, interrupted(arrivals, now_ns)
             if silent or unreceived:
                 presence = DAMPING
-    came = Came(wave, arrivals.position, brakes, arrivals.received_j, extra)
-    return Guest(presence, flips, arrivals, s.packing, extra), port, came, lost_j
+    came = Came(
+        scaled(wave, math.sqrt(following.ratio)),
+        arrivals.position,
+        brakes,
+        arrivals.received_j,
+        extra,
+    )
+    return Guest(presence, flips, arrivals, s.packing, extra, following), port, came, lost_j
 
 
 def _gone(
@@ -145,11 +167,17 @@ def _gone(
         return s, port, (no_packet(zero(port.x_s), port.extra), False)
     arrivals, passed_j = spare(arrivals, period_s, q.arrivals)
     if passed_j > 0.0:
-        packing = packing._replace(energy_j=packing.energy_j + passed_j)
         port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
-    sent = Sent(port.v_s, minus(port.x_s, port.offset), port.account_j, port.extra)
+    wave = scaled(port.v_s, 1.0 / math.sqrt(s.following.ratio))
+    sent = Sent(
+        wave,
+        minus(port.x_s, port.offset),
+        sum_j(port, q.arrivals.plays_on),
+        port.extra,
+        int(s.following.level),
+    )
     packing, packet, sends = pack(
-        packing, sent, period_s, now_ns, news(arrivals), s.anew, False, arrivals.silence.number,
-        0, q.packing,
+        packing, sent, period_s, now_ns, news(arrivals, q.arrivals), s.anew, False,
+        arrivals.silence.number, 0, q.packing,
     )  # fmt: skip
     return s._replace(arrivals=arrivals, packing=packing), port, (packet, sends)

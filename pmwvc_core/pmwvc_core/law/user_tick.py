@@ -83,7 +83,7 @@ def send(
     held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
     packing, packet, sends = pack(
-        s.packing, sent, s.frame_s, now_ns, news(arrivals), False, leaves,
+        s.packing, sent, s.frame_s, now_ns, news(arrivals, p.arrivals), False, leaves,
         arrivals.silence.number, s.limits.events, p.packing,
     )  # fmt: skip
     return s._replace(packing=packing, arrivals=arrivals, port=port), packet, sends

@@ -16,9 +16,10 @@ from pmwvc_core.law.black_box.black_box import Accounts, BlackBoxParams, BoxStat
 from pmwvc_core.law.black_box.compensations import Terms
 from pmwvc_core.law.black_box.secant import Seen, resting_secant
 from pmwvc_core.law.channel.arrivals import start_of
+from pmwvc_core.law.channel.constants import SETTLE_S
 from pmwvc_core.law.channel.packet import Packing
 from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
-from pmwvc_core.law.safety.brakes import AVATAR_RETURN_S, AvatarBrake, resting_brake
+from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
 from pmwvc_core.law.server.coupling import Implicit, weights
@@ -26,6 +27,7 @@ from pmwvc_core.law.server.server_port import EnvironmentParams, SharedScene, Us
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave import wave
+from pmwvc_core.law.wave.following import FREE
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
 from pmwvc_core.made.user import arrivals_params, end_law, packing_params, values_of
 from pmwvc_core.made.waves import made_impedance
@@ -89,10 +91,11 @@ def server_params(
     """
     strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
     times, guests = session.times, []
-    rules = times.timeout_s, AVATAR_RETURN_S, server.store_j
+    rules = times.timeout_s, SETTLE_S, server.store_j
     for user in users:
         arrivals = arrivals_params(session, user.server_impedance, *rules)
-        guests.append(GuestParams(arrivals, packing_params(user.contact.deadband)))
+        most = user.master.rises if arrivals.plays_on else 1.0
+        guests.append(GuestParams(arrivals, packing_params(user.contact.deadband), most))
     values = tuple(values_of(user, record) for user in users)
     environment: Any
     laws = [
@@ -193,10 +196,10 @@ def resting_server(
             kept = Kept(kept, kept)
         b = made_impedance(user.server_impedance)
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
-        ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down))
+        ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down, 1.0))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
-        guests.append(Guest(ABSENT, False, arrivals, Packing(rest, rest, rest), (0.0,) * up))
+        guests.append(Guest(ABSENT, False, arrivals, Packing(rest, rest, rest), (0.0,) * up, FREE))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = _resting_box(users, session, contacts, call)

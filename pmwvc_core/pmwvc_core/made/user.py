@@ -13,6 +13,7 @@ from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, rec
 from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedLaw
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
+from pmwvc_core.law.channel.constants import TANK_J
 from pmwvc_core.law.channel.packet import LATENESSES, Packing, PackingParams, no_packet
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
@@ -82,7 +83,7 @@ def arrivals_params(
         float(largest_wave(b, waves=has_waves(session.controller))),
         is_zeroing(session.controller, session.channel),
         is_strict(session.controller, session.channel),
-        PlayoutParams(float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j),
+        PlayoutParams(float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j, TANK_J - store_j),
     )
 
 

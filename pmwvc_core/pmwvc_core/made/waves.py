@@ -82,7 +82,7 @@ def made_waves(
         lent_j = of_position.lent_j
         error = PositionError([Posted(0, rest, 0.0)], *(rest,) * 9)
         if strict:
-            position = OnStrict(error, rest, 0.0, 0.0, 0.0, rest, 0.0)
+            position = OnStrict(error, rest, rest, 0.0, 0.0, rest, 0.0)
         elif master.position.as_published:
             position = Published(error, 0.0)
         else:
@@ -91,9 +91,9 @@ def made_waves(
         state = StrictMaster(
             lent_j, 0.0, 0.0, 0.0,
             filters, position, waves, rest, rest, (resting_counts(0.0),) * axes,
-            rest, rest, rest, True, False, 0.0, False, False, 0.0, 0.0, 0.0,
+            rest, rest, rest, 1.0, 0.0, rest, True, False, 1.0, 0.0, False, False, 0.0, 0.0, 0.0,
         )  # fmt: skip
-        of = of_filters, of_position, master.position.is_on, lent_j, playout
+        of = of_filters, of_position, master.position.is_on, lent_j, master.rises, playout
         return state, StrictMasterParams(impedance_, master.tick_s, *of)
     filter_, chosen = made_filter(master.filter, axes, master.tick_s, master.rate_drop)
     hold = rates.Hold(rest, rest, rest, 0)

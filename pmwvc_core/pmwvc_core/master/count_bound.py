@@ -40,7 +40,11 @@ class CountBound(NamedTuple):
 
 def count_bound(master: MasterParams, device: DeviceParams) -> CountBound:
     """Return the bound for a device with an encoder."""
-    b, q, h = float(largest(impedance_of(master))), float(device.encoder_step_m), master.tick_s
+    b, q, h = (
+        master.rises * float(largest(impedance_of(master))),
+        float(device.encoder_step_m),
+        master.tick_s,
+    )
     mass, frame_s = float(device.mass), master.frame_s
     given_j, most = GIVEN * b * q**2 / h, min(LARGEST_RATIO * mass / h, LARGEST_IMPEDANCE)
     holds = frame_s >= LEAST_FRAME_S - ROUNDING_S and b <= most

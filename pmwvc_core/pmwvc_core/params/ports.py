@@ -77,6 +77,8 @@ def port_conflicts(port: Any, *, dof: int, strict: bool, timeout_s: float) -> li
     """Return the mistakes of a wave port; its receiver waits ``timeout_s`` [s]."""
     deadband = port.deadband
     found = matrix_conflicts(port.impedance_matrix, dof)
+    if not strict and getattr(port, "rises", 1.0) > 1.0:
+        found.append(f"contact_impedance = {port.contact_impedance:g}: needs channel = strict")
     if deadband.is_on and not strict:
         found.append(
             f"deadband.kind = {deadband.kind}: needs channel = strict; a packet of the others "
@@ -148,13 +150,16 @@ class MasterParams(Validated):
     impedance_matrix: str = fixed(
         "", "-", "positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)"
     )
+    contact_impedance: float | None = fixed(
+        None, "0.01..1000 N s/m", "b in contact, >= impedance (null: the same; strict channel)"
+    )
     rate_drop: int = parameter(
         8, "1..1000", "ticks per packet, M; changes while running on the strict channel only"
     )
     tick_s: float = fixed(0.001, "0.0001..0.02 s", "period of the force loop, T_c")
     hold: str = parameter("foh", ("zoh", "foh"), "returning wave in a frame (foh: delayed ramp)")
     store_j: float = fixed(
-        2e-3, "0..0.1 J", "energy that the playout may lend to late packets, once (strict channel)"
+        0.01, "0..0.1 J", "energy that the playout may lend to late packets, once (strict channel)"
     )
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
@@ -170,6 +175,21 @@ class MasterParams(Validated):
         """Packet interval T_n = M T_c [s]."""
         return self.rate_drop * self.tick_s
 
+    @property
+    def rises(self) -> float:
+        """How many times higher the impedance is in contact."""
+        return 1.0 if self.contact_impedance is None else self.contact_impedance / self.impedance
+
     def conflicts(self) -> list[str]:
-        """Check that the matrix is one."""
-        return matrix_conflicts(self.impedance_matrix)
+        """Check that the matrix is one, and that the impedance rises in contact."""
+        found = matrix_conflicts(self.impedance_matrix)
+        if self.rises > 1.0 and self.impedance_matrix.strip():
+            found.append(
+                "contact_impedance: needs one impedance for all axes, no impedance_matrix"
+            )
+        if self.rises < 1.0:
+            found.append(
+                f"contact_impedance = {self.contact_impedance:g}: must be >= impedance = "
+                f"{self.impedance:g} N s/m, or null"
+            )
+        return found

@@ -42,7 +42,7 @@ SHARED_AT_MASTER = _shares(Scenario, "task", server=("period_s", "object_size_m"
 USER_AT_SERVER = _shares(
     User,
     *("contact", "baseline", "own"),
-    master=("impedance", "impedance_matrix", "rate_drop", "tick_s"),
+    master=("impedance", "impedance_matrix", "contact_impedance", "rate_drop", "tick_s"),
 )
 SHARED_AT_SERVER = _shares(Scenario, "server", "task", "own")
 USER_AT_NETEM = _shares(User, "link_up", "link_down")

@@ -7,7 +7,7 @@ docs/theory.md 1.8.
 import contextlib
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -69,6 +69,17 @@ class User:
     def server_impedance(self) -> Impedance:
         """Wave impedance of this user's port at the server [N s/m]."""
         return server_impedance(self.contact, self.master)
+
+    @property
+    def in_contact(self) -> "User":
+        """Itself, with the impedance of contact for all motion."""
+        rises, own = self.master.rises, self.contact.impedance
+        if rises == 1.0:
+            return self
+        b = self.master.contact_impedance or self.master.impedance
+        master = replace(self.master, impedance=b, contact_impedance=None)
+        contact = self.contact if own is None else replace(self.contact, impedance=rises * own)
+        return replace(self, master=master, contact=contact)
 
 
 @dataclass(frozen=True, kw_only=True)

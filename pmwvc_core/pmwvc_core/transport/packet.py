@@ -41,6 +41,7 @@ FLAG_ANEW = 8  # flips whenever the server places the user's avatar anew
 FLAG_WAITING = 16  # the sender has nothing of the receiver's waves at hand (strict channel)
 FLAG_SHORT = 32  # the sender's playout lacks energy (strict channel)
 FLAG_CHALLENGE = 64  # no wave: it asks a sender that is not followed to echo it
+LEVEL_BITS = 8  # above them: level of the impedance behind the wave (strict channel)
 LAST_NUMBER = (1 << 32) - 1  # 1 follows
 
 

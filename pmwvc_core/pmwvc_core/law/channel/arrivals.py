@@ -15,7 +15,8 @@ passes on what it can spare. Equations: docs/theory.md 17.19.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.pace import REPORTED_S, pace_brakes
+from pmwvc_core.law.channel.constants import FEW, REPORTED_S, SETTLE_S
+from pmwvc_core.law.channel.pace import pace_brakes
 from pmwvc_core.law.channel.packet import (
     LATENESSES,
     SMOOTHED,
@@ -27,7 +28,6 @@ from pmwvc_core.law.channel.packet import (
     noted_packet,
 )
 from pmwvc_core.law.channel.playout import (
-    FEW,
     Energies,
     Playout,
     PlayoutParams,
@@ -42,7 +42,6 @@ from pmwvc_core.law.family import Family, never, opened, same
 from pmwvc_core.law.vectors import Vector, length, squared, zero
 
 SPARED_J = 1e-4  # free energy below which a playout with something undelivered is short
-PASSED_S = 0.1  # time constant with which an excess is passed on
 
 
 class ArrivalsParams(NamedTuple):
@@ -85,7 +84,11 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
     return s, 0.0
 
 
-def _no_news(s: Any) -> tuple[bool, bool]:
+def _as_it_is(s: Any, n: float) -> Any:
+    return s
+
+
+def _no_news(s: Any, p: Any) -> tuple[bool, bool]:
     return False, False
 
 
@@ -96,14 +99,16 @@ answer_of = Family("answer_of", _plays_on)
 spare = Family("spare", _none_spared)  # (s, h, p) -> (s, energy that the other end lacks [J])
 anew = Family("anew", same)  # (s) -> s: the peer placed its position by the newest packet
 missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
-# (s) -> what the other end is told: energy is short; nothing is at hand
+raised = Family("raised", _as_it_is)  # (s, n) -> s: waves move a port of n b
+# (s, p) -> what the other end is told: energy is short; nothing is at hand
 news = Family("news", _no_news)
 interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 
 
 @opened.member(StrictArrivals)
 def _opened(s: StrictArrivals) -> StrictArrivals:
-    return s._replace(playout=resting_playout(zero(s.position), s.playout.moved))
+    q = s.playout
+    return s._replace(playout=resting_playout(zero(s.position), q.moved, q.raised))
 
 
 def start_of(
@@ -160,14 +165,21 @@ def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[Strict
     return s._replace(playout=playout), wave
 
 
-def _needed_j(s: Playout) -> float:
-    """Return the free energy that makes up what is undelivered beside the present wave [J]."""
-    return SPARED_J + length(s.undelivered) * length(s.wave)
+def _needed_j(s: Playout, p: PlayoutParams) -> float:
+    """Return the free energy that makes up what is undelivered beside the present wave, and fills
+    the store [J].
+    """
+    needed_j = p.keep_j
+    if squared(s.undelivered) > FEW**2:
+        needed_j = (
+            max(needed_j, 0.0) + SPARED_J + s.raised * length(s.undelivered) * length(s.wave)
+        )
+    return needed_j
 
 
-def is_short(s: Playout) -> bool:
-    """Tell whether something is undelivered, and there is less energy than that takes."""
-    return squared(s.undelivered) > FEW**2 and free_j(s) < _needed_j(s)
+def is_short(s: Playout, p: PlayoutParams) -> bool:
+    """Tell whether there is less energy than is needed."""
+    return free_j(s) < _needed_j(s, p)
 
 
 def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
@@ -178,16 +190,17 @@ def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]
     return s._replace(moved=m._replace(released_j=m.released_j + released_j)), released_j
 
 
-def spared(s: Playout, h: float, wanted: bool) -> tuple[Playout, float]:
+def spared(s: Playout, h: float, wanted: bool, p: PlayoutParams) -> tuple[Playout, float]:
     """Return the part of the free energy that passes on in h seconds, where it is wanted [J]."""
     if not wanted:
         return s, 0.0
-    return release(s, max(free_j(s) - _needed_j(s), 0.0) * min(h / PASSED_S, 1.0), 0.0)
+    most_j = max(free_j(s) - _needed_j(s, p), 0.0) * min(h / SETTLE_S, 1.0)
+    return release(s, most_j, 0.0)
 
 
 @spare.member(StrictArrivals)
 def _spare(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, float]:
-    playout, energy_j = spared(s.playout, h, s.wanted)
+    playout, energy_j = spared(s.playout, h, s.wanted, p.playout)
     return s._replace(playout=playout), energy_j
 
 
@@ -196,14 +209,19 @@ def _anew_strict(s: StrictArrivals) -> StrictArrivals:
     return s._replace(playout=begin(s.playout))
 
 
+@raised.member(StrictArrivals)
+def _raised(s: StrictArrivals, n: float) -> StrictArrivals:
+    return s._replace(playout=s.playout._replace(raised=n))
+
+
 @missed.member(StrictArrivals)
 def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
     return s._replace(playout=pass_by(s.playout, lasted_s))
 
 
 @news.member(StrictArrivals)
-def _news_strict(s: StrictArrivals) -> tuple[bool, bool]:
-    return is_short(s.playout), s.playout.pace.silent_s > REPORTED_S
+def _news_strict(s: StrictArrivals, p: ArrivalsParams) -> tuple[bool, bool]:
+    return is_short(s.playout, p.playout), s.playout.pace.silent_s > REPORTED_S
 
 
 @interrupted.member(StrictArrivals)

@@ -7,32 +7,36 @@ Let e be the end of the newest segment and p the sender's time played. ``store_s
 in store, or, below zero, -c, the time concealed by a predicted wave. Per step h::
 
     p <- p + rate ratio h           never beyond e + HOLD_S + FADE_S
-    rate  = 1 + shift/CORRECT_S     within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
-    ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/RISE_S
+    rate  = 1 + shift/T             within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
+    ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/MEND_S
 
-After ``REPORTED_S`` without a segment the other end is told, after ``OUTAGE_S`` this end brakes.
-The lag follows the lateness of segments; the first one of a step, of length dt, shifts p by::
+with T = ``SETTLE_S``/2. After ``REPORTED_S`` without a segment the other end is told, after
+``OUTAGE_S`` this end brakes. The lag follows the mean lateness of segments; the first one of a
+step, of length dt, with the time a in store (below zero: late) shifts p by::
 
-    shift <- shift - c dt/LATE_S    where it comes c too late
-    shift <- shift + a dt/EARLY_S   where a was still in store
+    shift <- shift + a dt/FOLLOW_S
 
-except within ``BURST_S`` after an outage or the start, where all but one segment is skipped, as is
-what exceeds ``LONGEST_S`` else. A segment has its integral and the reserve of energy that its
-smoothest wave takes, |dU|^2/(2 dt). The first knot is the beginning of the first segment, at zero.
-Lists of knots are never changed. Equations: docs/theory.md 17.18.
+except within ``SETTLE_S`` after an outage or the start, where all but one segment is skipped, as
+is what exceeds ``LONGEST_S`` else. A segment has its integral and the reserve of energy that its
+smoothest wave takes, |dU|^2/(2 dt), at most what it brought. The first knot is the beginning of
+the first segment, at zero. Lists of knots are never changed. Equations: docs/theory.md 17.18.
 """
 
 from typing import NamedTuple, TypeAlias
 
+from pmwvc_core.law.channel.constants import (
+    CORRECTED,
+    FADE_S,
+    FOLLOW_S,
+    HOLD_S,
+    LONGEST_S,
+    MEND_S,
+    OUTAGE_S,
+    SETTLE_S,
+)
 from pmwvc_core.law.vectors import Vector, between, minus
 
-HOLD_S, FADE_S, RISE_S = 0.024, 0.03, 0.02
-CORRECT_S, CORRECTED = 0.05, 0.3
-LATE_S, EARLY_S = 0.2, 0.8
-REPORTED_S, OUTAGE_S = 0.016, 0.04
-BURST_S = 0.1
-LONGEST_S = 0.3
-ROUNDING_S = 1e-9  # of times
+ROUNDING_S = 1e-12  # of times
 
 
 class Pace(NamedTuple):
@@ -47,7 +51,7 @@ class Pace(NamedTuple):
     first: bool  # none has come since the last step
 
 
-RESTING_PACE = Pace(0.0, 0.0, 0.0, 1.0, BURST_S, 0.0, True)
+RESTING_PACE = Pace(0.0, 0.0, 0.0, 1.0, SETTLE_S, 0.0, True)
 
 
 def pace_brakes(s: Pace) -> bool:
@@ -59,12 +63,11 @@ def pace_arrive(s: Pace, lasted_s: float) -> Pace:
     """Note a segment that stands for so long [s]."""
     burst_s, segment_s, shift_s = s.burst_s, s.segment_s, s.shift_s
     if s.silent_s > OUTAGE_S:
-        burst_s = BURST_S
+        burst_s = SETTLE_S
     else:
         segment_s = lasted_s
     if s.first and burst_s <= 0.0:
-        slow_s = LATE_S if s.store_s < 0.0 else EARLY_S
-        shift_s += s.store_s * min(lasted_s / slow_s, 1.0)
+        shift_s += s.store_s * min(lasted_s / FOLLOW_S, 1.0)
     return Pace(s.store_s + lasted_s, 0.0, shift_s, s.ratio, burst_s, segment_s, False)
 
 
@@ -74,8 +77,8 @@ def pace_step(s: Pace, h: float) -> tuple[Pace, float, float]:
     skipped_s = max(s.store_s - h - longest_s, 0.0)
     store_s = s.store_s - skipped_s
     in_store_s, left_s = max(store_s, 0.0), store_s + HOLD_S + FADE_S
-    ratio = max(min(left_s / FADE_S, 1.0, s.ratio + h / RISE_S), 0.0)
-    excess = max(min(s.shift_s / CORRECT_S, CORRECTED), -CORRECTED)
+    ratio = max(min(left_s / FADE_S, 1.0, s.ratio + h / MEND_S), 0.0)
+    excess = max(min(s.shift_s * (2.0 / SETTLE_S), CORRECTED), -CORRECTED)
     time_s = min((1.0 + excess) * ratio * h, left_s)
     store_s -= time_s
     if abs(store_s) < ROUNDING_S:

@@ -49,6 +49,7 @@ class Packet(NamedTuple):
     waits: bool  # the sender has nothing of the receiver's waves at hand
     anew: bool  # flips whenever the server places the user's avatar anew
     leaves: bool  # the last one of its sender
+    level: int  # of the impedance behind the wave (:mod:`pmwvc_core.law.wave.following`)
     extra: Vector  # signals that a controller declares, beside the wave
     echo: int  # number of the newest packet that the sender had of the other end; 0: none
     # Found by the receiver:
@@ -60,7 +61,7 @@ class Packet(NamedTuple):
 def no_packet(rest: Vector, extra: Vector) -> Packet:
     """Return what stands for a packet where there is none; ``rest`` are zeros."""
     return Packet(
-        0, 0, 0.0, rest, rest, 0.0, rest, False, False, False, False, extra, 0, False, 0, 0
+        0, 0, 0.0, rest, rest, 0.0, rest, False, False, False, False, 0, extra, 0, False, 0, 0
     )
 
 
@@ -71,6 +72,7 @@ class Sent(NamedTuple):
     position: Vector
     energy_j: float  # running sum where the port keeps it; below zero: that of the waves sent
     extra: Vector
+    level: int = 0  # of the impedance behind it
 
 
 class Packing(NamedTuple):
@@ -120,7 +122,7 @@ def pack(
     own = sent.energy_j if sent.energy_j >= 0.0 else energy_j
     packet = Packet(
         number, now_ns, period_s, wave, integral, own, sent.position, short, waits, anew, leaves,
-        sent.extra, echo, False, 0, 0,
+        sent.level, sent.extra, echo, False, 0, 0,
     )  # fmt: skip
     return s, packet, not held_back
 
@@ -161,7 +163,7 @@ def silence_s(s: Silence, now_ns: int) -> float:
 
 def is_unreceived(s: Silence, now_ns: int) -> bool:
     """Tell whether the other end has had nothing of this one for too long."""
-    return s.unreceived_ns != NEVER_NS and now_ns - s.unreceived_ns > s.limit_ns
+    return s.unreceived_ns != NEVER_NS and s.accepted_ns - s.unreceived_ns > s.limit_ns
 
 
 class Counting(NamedTuple):

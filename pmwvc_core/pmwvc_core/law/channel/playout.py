@@ -9,28 +9,31 @@ newest one and beyond it by that one's wave w^. With U(p) the integral up to p, 
 
     due         = U(min(p, e)) - U(before),    guessed <- guessed + w^ (time beyond e)
     asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
+    ramp        = mean of what was asked in the last N steps; the rest of it stays ``left``
     free        = received - given - released - discarded - reserve of what is still to be played
-    wave        = asked/h, shortened to |wave|^2 h/2 <= E0 + free, beyond e to h/SPREAD_S of that;
-                  where nothing is predicted or mended, E0 is what was lent before
-    undelivered <- undelivered + asked - wave h     made up out of free energy alone
+    wave        = ramp/h, shortened to n |wave|^2 h/2 <= E0 + free, beyond e to h/MEND_S of that;
+                  where nothing is predicted, mended or raised, E0 is what was lent before
+    undelivered <- undelivered + ramp - wave h     made up, but not out of the last TANK_J of E0
+
+The ramp (:mod:`.ramp`) takes the sender's frames out of the force. n is the ratio of the present
+impedance to that of free motion, whose waves these are (:mod:`pmwvc_core.law.wave.following`).
 
 A late segment settles its part q = min(c, dt) of the c seconds concealed::
 
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
 After an outage that made the ends brake, it stays undelivered instead. Repayment
-(:func:`.repayment`) begins ``RETURN_S`` after the last wait; its longest wave grows over
+(:func:`.repayment`) begins ``SETTLE_S`` after the last wait; its longest wave grows over
 ``rises_s``. Invariants at every step: given + released <= received + E0 (``store_j``), and
-U(min(p, e)) + guessed = integral played + undelivered + mistaken.
-Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
+U(min(p, e)) + guessed = integral played + left + undelivered + mistaken.
+Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25, 17.27.
 """
 
 import math
 from typing import NamedTuple
 
+from pmwvc_core.law.channel.constants import FEW, MEND_S, MOST_J, OUTAGE_S, SETTLE_S
 from pmwvc_core.law.channel.pace import (
-    BURST_S,
-    OUTAGE_S,
     RESTING_PACE,
     ROUNDING_S,
     Knot,
@@ -42,15 +45,11 @@ from pmwvc_core.law.channel.pace import (
     pace_step,
     played_to,
 )
+from pmwvc_core.law.channel.ramp import Asked, Ramp, changed_ramp, ramp_step, resting_ramp
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
 
-MEND_S = 0.03  # time constant with which what was guessed wrong is made good
-SPREAD_S = 0.015  # the energy left for predictions lasts so long at least
-RETURN_S = 0.1  # after the last wait: nothing is repaid until then
-FEW = 5e-4  # [sqrt(W) s] undelivered: no energy is asked for
 SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
-MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use there
 
 
 class Energies(NamedTuple):
@@ -76,6 +75,8 @@ class Playout(NamedTuple):
     undelivered: Vector  # arrived, due, and not given out yet
     since_s: float  # since the last wait
     moved: Energies
+    raised: float  # n
+    ramp: Ramp
 
 
 class PlayoutParams(NamedTuple):
@@ -84,19 +85,22 @@ class PlayoutParams(NamedTuple):
     most_repaid: float  # longest wave that makes up what is undelivered [sqrt(W)]
     rises_s: float  # in which it grows so long
     store_j: float  # E0
+    keep_j: float = 0.0  # free energy that the hand is asked to fill it up to; below zero: of E0
 
 
-def resting_playout(rest: Vector, moved: Energies) -> Playout:
+def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
-    knots = [Knot(0.0, rest, 0.0)]
-    return Playout(RESTING_PACE, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved)
+    knots, ramp = [Knot(0.0, rest, 0.0)], resting_ramp(rest, 1)
+    return Playout(
+        RESTING_PACE, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp
+    )  # fmt: skip
 
 
 def begin(s: Playout) -> Playout:
     """Drop what is in store, undelivered and free, for other segments to come. A debt stays."""
     m = s.moved
     moved = m._replace(discarded_j=m.discarded_j + max(_balance_j(m), 0.0))
-    return resting_playout(zero(s.undelivered), moved)
+    return resting_playout(zero(s.undelivered), moved, s.raised)
 
 
 def _balance_j(m: Energies) -> float:
@@ -106,7 +110,7 @@ def _balance_j(m: Energies) -> float:
 
 def free_j(s: Playout) -> float:
     """Return the energy beyond what segments in store need; below zero: taken from E0 [J]."""
-    return _free_j(s.moved, s.knots, s.played_j)
+    return _free_j(s.moved, s.knots, s.played_j) - s.ramp.left.reserve_j
 
 
 def _free_j(m: Energies, knots: Knots, played_j: float) -> float:
@@ -116,7 +120,8 @@ def _free_j(m: Energies, knots: Knots, played_j: float) -> float:
 def waiting(s: Playout) -> Vector:
     """Return the integral that has arrived and is not given out [sqrt(W) s]."""
     in_store = minus(s.knots[len(s.knots) - 1].integral, s.played)
-    return minus(plus(plus(in_store, s.undelivered), s.mistaken), s.guessed)
+    arrived = plus(plus(in_store, s.ramp.left.integral), s.undelivered)
+    return minus(plus(arrived, s.mistaken), s.guessed)
 
 
 def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Playout:
@@ -130,7 +135,8 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
         to, to_j = minus(to, knots[gone].integral), to_j - knots[gone].reserve_j
         knots = forgotten(knots, gone)
     last, pace = knots[len(knots) - 1], pace_arrive(s.pace, duration_s)
-    reserve_j = last.reserve_j + squared(integral) * (0.5 / duration_s)
+    needed_j = s.raised * squared(integral) * (0.5 / duration_s)
+    reserve_j = last.reserve_j + min(needed_j, energy_j)
     knots = [*knots, Knot(last.end_s + duration_s, plus(last.integral, integral), reserve_j)]
     if begun and late_s > 0.0:
         settled = scaled(guessed, min(duration_s / late_s, 1.0))
@@ -143,55 +149,72 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
             mistaken = zero(mistaken)
     wave, moved = scaled(integral, 1.0 / duration_s), s.moved
     moved = moved._replace(received_j=moved.received_j + energy_j)
-    return Playout(pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved)
+    return Playout(
+        pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved, s.raised,
+        s.ramp,
+    )  # fmt: skip
 
 
 def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     """Return the wave of the next h seconds [sqrt(W)]."""
     if len(s.knots) == 1:
         return s, zero(s.undelivered)
-    m, before, undelivered = s.moved, s.played, s.undelivered
+    m, before, before_j, undelivered = s.moved, s.played, s.played_j, s.undelivered
+    half_j = 0.5 * h * s.raised  # energy of a wave of 1 sqrt(W)
     in_store_s = max(s.pace.store_s, 0.0)
     pace, skipped_s, beyond_s = pace_step(s.pace, h)
     if skipped_s > 0.0:
-        before, _ = played_to(s.knots, in_store_s - skipped_s)
+        before, before_j = played_to(s.knots, in_store_s - skipped_s)
         undelivered = plus(undelivered, minus(before, s.played))
     to, to_j = played_to(s.knots, pace.store_s)
     guess, mended = scaled(s.wave, beyond_s), scaled(s.mistaken, min(h / MEND_S, 1.0))
-    asked = plus(plus(minus(to, before), guess), mended)
+    wanted = Asked(plus(plus(minus(to, before), guess), mended), to_j - before_j)
+    ramp, mean = ramp_step(s.ramp, wanted)
+    asked = mean.integral
     lent_j = m.lent_j
-    if beyond_s > 0.0 or not within(mended, SETTLED):
+    if beyond_s > 0.0 or not within(mended, SETTLED) or s.raised > 1.0:
         lent_j = p.store_j
     since_s = 0.0 if pace_brakes(pace) else s.since_s + h
-    wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j)
-    power = max(free + lent_j, 0.0) * (2.0 / (max(h, SPREAD_S) if beyond_s > 0.0 else h))
+    wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j) - ramp.left.reserve_j
+    power = max(free + lent_j, 0.0) / half_j
+    if beyond_s > 0.0:
+        power *= h / max(h, MEND_S)
     if squared(wave) > power:
         wave = shortened(wave, math.sqrt(power))
         undelivered = plus(undelivered, minus(asked, scaled(wave, h)))
-    since = (since_s - RETURN_S) * (1.0 / p.rises_s)
+    since = (since_s - SETTLE_S) * (1.0 / p.rises_s)
     if since > 0.0 and not within(undelivered, SETTLED):
-        most = max(free, 0.0) * (2.0 / h)
+        most = max(free - min(p.keep_j, 0.0), 0.0) / half_j
         wish = repayment(undelivered, wave, 0.5 * h * most)
         wish = shortened(wish, p.most_repaid * min(since, 1.0))
         repaid, _ = affordable(wave, wish, most - squared(wave))
         undelivered = minus(undelivered, scaled(repaid, h))
         wave = plus(wave, repaid)
-    spent_j = wave_j(wave, h)
-    lent_j, discarded_j = min(lent_j, max(spent_j - free, 0.0)), m.discarded_j
+    spent_j = half_j * squared(wave)
+    lent_j = min(max(lent_j, -p.keep_j), max(spent_j - free, 0.0))
+    discarded_j = m.discarded_j
     if squared(undelivered) <= FEW**2:
         discarded_j += max(free - spent_j - MOST_J, 0.0)
     moved = Energies(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
     s = Playout(
         pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
-        undelivered, since_s, moved,
+        undelivered, since_s, moved, s.raised, ramp,
     )  # fmt: skip
     return s, wave
+
+
+def with_steps(s: Playout, steps: int) -> Playout:
+    """Take the mean of so many steps; what is due thereby is given out within ``MEND_S``."""
+    if steps == len(s.ramp.asked):
+        return s
+    ramp, due = changed_ramp(s.ramp, steps)
+    return s._replace(ramp=ramp, mistaken=plus(s.mistaken, due))
 
 
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:
     """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
     m = s.moved
-    moved = m._replace(given_j=m.given_j - wave_j(wave, h))
+    moved = m._replace(given_j=m.given_j - s.raised * wave_j(wave, h))
     undelivered = plus(s.undelivered, scaled(wave, h))
     return s._replace(undelivered=undelivered, moved=moved)
 
@@ -202,7 +225,7 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
         return s
     pace = s.pace
     store_s = pace.store_s - max(min(lasted_s, pace.store_s), 0.0)  # what is in store is skipped
-    burst_s = BURST_S if lasted_s > OUTAGE_S else pace.burst_s
+    burst_s = SETTLE_S if lasted_s > OUTAGE_S else pace.burst_s
     pace = pace._replace(store_s=store_s, burst_s=burst_s)
     to, to_j = played_to(s.knots, pace.store_s)
     undelivered = plus(s.undelivered, minus(to, s.played))

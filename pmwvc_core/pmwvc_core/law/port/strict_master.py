@@ -4,13 +4,15 @@
 
 Per tick of length h, with F the force applied and dx the motion measured over it::
 
-    F_m = b xd - sqrt(2b) v_m                  v_m from the playout, every tick
+    F_m = r (b xd - sqrt(2b) v_m)              v_m from the playout, every tick
     u   = sqrt(2b) dx/h - v_m                  once the tick is over;   U <- U + u h
-    node <- node + |v|^2 h/2 + F dx            energy in from both sides (dx: ``counts.moved``)
+    node <- node + r |v|^2 h/2 + F dx          energy in from both sides (dx: ``counts.moved``)
+
+(r = 1 but where the impedance follows contact, :mod:`pmwvc_core.law.wave.following`)
 
 and per packet, which carries the mean wave w of its frame without an anti-aliasing filter::
 
-    paid  = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
+    paid  = all of the node but KEPT_J, and of that what w needs, r |w|^2 T/2
             (never what the brake stores)
     J <- J + paid,   node <- node - paid
 
@@ -20,15 +22,24 @@ damper. The surplus of one playout goes to the other.
 
 The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a
 deficit (counted ``TWICE``) behind an encoder, ``ASKED`` while a playout is short, and all of b xd
-from ``MUCH`` of unpaid displacement on. Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
+from ``MUCH`` of unpaid displacement on; it comes and goes within ``MEND_S``.
+Equations: docs/theory.md 17.4, 17.5, 17.10, 17.23.
 """
 
 import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, spared
+from pmwvc_core.law.channel.constants import MEND_S
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
+from pmwvc_core.law.channel.playout import (
+    PlayoutParams,
+    free_j,
+    play,
+    take_back,
+    waiting,
+    with_steps,
+)
 from pmwvc_core.law.family import opened
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
@@ -42,6 +53,7 @@ from pmwvc_core.law.position.feedback import (
     position_up,
 )
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, plus, scaled, zero
+from pmwvc_core.law.wave.following import ratio_of
 from pmwvc_core.law.wave.wave import damper, wave_force, wave_j, wave_u
 
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
@@ -69,9 +81,13 @@ class StrictMaster(NamedTuple):
     counts: tuple[Counts, ...]  # of every axis
     integral: Vector  # of u since the frame began [sqrt(W) s]
     v: Vector  # of the playout, in the tick under way [sqrt(W)]
+    w: Vector  # likewise, after position feedback and filters: v_m over sqrt(r)
+    target: float  # r of the newest packet
+    more: float  # additional damping, over b
     f: Vector  # applied in it [N]
     settled: bool  # the tick is over and accounted for
     begun: bool  # a tick ever was
+    raised: float  # r
     unpaid: float  # integral sent without its energy while the server is short [sqrt(W) s]
     wanted: bool  # energy is, at the other end
     short: bool  # it is, here
@@ -89,6 +105,7 @@ class StrictMasterParams(NamedTuple):
     position: Any
     lends: bool  # whether the position feedback borrows from the node
     lent_j: float  # what the node begins with for it
+    most: float  # n, the largest r
     playout: PlayoutParams
 
 
@@ -103,12 +120,14 @@ def _settle(s: StrictMaster, x: Vector, xd: Vector, p: StrictMasterParams) -> St
         return s._replace(x=x, xd=xd, counts=each(resting_counts, (x,)))
     tracked, steps = columns(each(counts, (s.counts, x, xd), h))
     dx, moved, xd = columns(steps)
-    u = wave_u(p.impedance, scaled(dx, 1.0 / h), s.waves[2])
+    u, raised = wave_u(p.impedance, scaled(dx, 1.0 / h), s.w), s.raised
     filters, u = filters_up(s.filters, u, p.filters)
     position = position_up(s.position, u, s.f, xd, p.position)
+    node_j = s.node_j + raised * wave_j(s.v, h) + dot(s.f, moved)
+    waves = s.waves[0], scaled(u, math.sqrt(raised)), s.waves[2]
     return s._replace(
-        node_j=s.node_j + wave_j(s.v, h) + dot(s.f, moved), due_j=s.due_j + wave_j(u, h),
-        filters=filters, position=position, waves=(s.waves[0], u, s.waves[2]), x=x, xd=xd,
+        node_j=node_j, due_j=s.due_j + raised * wave_j(u, h),
+        filters=filters, position=position, waves=waves, x=x, xd=xd,
         counts=tracked, integral=plus(s.integral, scaled(u, h)), settled=True, begun=True,
     )  # fmt: skip
 
@@ -121,19 +140,19 @@ def _send(
     """Send the mean wave of the frame [sqrt(W)], and pay for it."""
     playout, unpaid, deficit_j = a.playout, s.unpaid, s.deficit_j
     wave = scaled(s.integral, 1.0 / frame_s)
-    needed, kept = wave_j(wave, frame_s), KEPT_J + p.lent_j
+    needed, kept = s.raised * wave_j(wave, frame_s), KEPT_J + p.lent_j
     node_j, withheld_j, counting = s.node_j, s.withheld_j, False
     for i in range(len(s.counts)):
         counting = counting or s.counts[i].step_m >= LEAST_M
     if counting:
         rough = each(rough_count, (s.counts,))
-        withheld_j = dot(damper(p.impedance, rough), rough) * (WITHHELD / p.tick_s)
+        withheld_j = dot(damper(p.impedance, rough), rough) * (s.raised * WITHHELD / p.tick_s)
         node_j += s.withheld_j - withheld_j
     position, wave = position_send(s.position, wave, number, frame_s, p.position)
     if p.lends:
         playout, released_j = release(playout, max(kept - node_j, 0.0), SPARED_J)
         node_j += released_j
-    playout, passed_j = spared(playout, frame_s, s.wanted)
+    playout, passed_j = spared(playout, frame_s, s.wanted, p.playout)
     node_j += passed_j
     own = node_j - held_j  # what the hand can have back is not paid out
     paid = max(min(own, needed), own - kept)
@@ -163,8 +182,10 @@ def _answer(
         return s
     unpaid = 0.0 if s.wanted and not packet.short else s.unpaid
     position = position_packet(s.position, packet, not silent, p.position)
-    short = is_short(a.playout)
-    return s._replace(position=position, unpaid=unpaid, wanted=packet.short, short=short)
+    short, target = is_short(a.playout, p.playout), ratio_of(packet.level, p.most)
+    return s._replace(
+        position=position, unpaid=unpaid, wanted=packet.short, short=short, target=target,
+    )  # fmt: skip
 
 
 @master.port_tick.member(StrictMaster)
@@ -174,7 +195,10 @@ def _tick(
     """Return the force wanted for the tick that starts with this motion [N]."""
     s = _settle(s, x, xd, p)
     node_j, b, x, xd = s.node_j, p.impedance, s.x, s.xd
-    playout, v = play(a.playout, p.tick_s, p.playout)
+    steps = max(round(a.counting.least_s / p.tick_s), 1)
+    raised = s.raised + (s.target - s.raised) / steps
+    playout = with_steps(a.playout, steps)._replace(raised=raised)
+    playout, v = play(playout, p.tick_s, p.playout)
     if node_j < 0.0:
         # What is free in the playout goes to the node; where it still owes too much, v waits.
         playout, released_j = release(playout, -node_j, 0.0)
@@ -185,14 +209,16 @@ def _tick(
     position, w = position_down(s.position, v, x, spare_j, waiting(playout), p.position)
     filters, v_m, for_force = answered(s.filters, w, x, xd, p.filters, b)
     u_m = wave_u(b, xd, v_m)
-    f_m = wave_force(b, for_force, v_m)
+    f_m, root = scaled(wave_force(b, for_force, v_m), raised), math.sqrt(raised)
     more = min(s.deficit_j * (MORE / MUCH_J), MORE) if s.deficit_j > 0.0 else 0.0
     if s.wanted or s.short:
         more += min(max(s.unpaid * (1.0 / MUCH), ASKED), 1.0)
+    more = s.more + (more - s.more) * min(p.tick_s / MEND_S, 1.0)
     if more > 0.0:
         f_m = plus(f_m, scaled(damper(b, xd), more))
     s = s._replace(
-        node_j=node_j, filters=filters, position=position, waves=(u_m, s.waves[1], v_m), v=v,
+        node_j=node_j, filters=filters, position=position, v=v, w=v_m,
+        waves=(scaled(u_m, root), s.waves[1], scaled(v_m, root)), raised=raised, more=more,
         settled=False,
     )  # fmt: skip
     return s, a._replace(playout=playout), f_m

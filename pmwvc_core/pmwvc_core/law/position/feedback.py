@@ -9,7 +9,8 @@ shorten packets, as the energy tank allows (:mod:`.energy_tank`), which begins w
 
 On the strict channel the node (:mod:`pmwvc_core.law.port.strict_master`) pays. It begins with the
 energy lent, E0, and is refilled to it before packets get more than they need. A tick takes at most
-what is free, spread over ``SPREAD_S``. Between packets the avatar's position follows a line.
+what is free, spread over ``SPREAD_S``. Between packets the avatar's position follows a line, and
+the correction follows what is asked within ``MEND_S``: after a gap it would come as a blow.
 
 There in free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e
 counts as far as the avatar feels a force (by the server's wave and the way of the avatar in the
@@ -19,6 +20,7 @@ of the loan, so that slow presses return what they took. Equations: docs/theory.
 
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.channel.constants import MEND_S
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import Family, no_accounts, opened, passed, same
 from pmwvc_core.law.position.energy_tank import (
@@ -42,7 +44,7 @@ from pmwvc_core.law.position.error import (
     is_news,
     is_same_avatar,
 )
-from pmwvc_core.law.vectors import Vector, minus, plus, scaled, squared
+from pmwvc_core.law.vectors import Vector, between, minus, plus, scaled, squared
 from pmwvc_core.law.wave.wave import affordable, wave_u
 
 MOST = 2.0  # times the gain, with less left than a share of the loan
@@ -131,12 +133,12 @@ def _budgeted_energies(s: Budgeted) -> Vector:
 
 
 class OnStrict(NamedTuple):
-    """Feedback paid out of the node; position and share go on a line from packet to packet."""
+    """Feedback paid out of the node; the position goes on a line from packet to packet."""
 
     error: PositionError
     x: Vector  # [m] of the avatar
-    share: float  # of the error that counts
-    under: float  # the share by the newest packet's force
+    change: Vector  # of the wave [sqrt(W)]
+    share: float  # of the error that counts, by the newest packet's force
     left_s: float  # until the line is there
     integral: Vector  # of the newest packet [sqrt(W) s]
     spent_j: float  # what it took so far, less what it brought
@@ -144,7 +146,7 @@ class OnStrict(NamedTuple):
 
 @position_packet.member(OnStrict)
 def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: FeedbackParams) -> OnStrict:
-    error, x, under, left_s = error_packet(s.error, packet, there, p), s.x, s.under, s.left_s
+    error, x, share, left_s = error_packet(s.error, packet, there, p), s.x, s.share, s.left_s
     if not is_news(s.error, packet):
         return s._replace(error=error)
     if is_same_avatar(s.error, packet):
@@ -153,32 +155,30 @@ def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: FeedbackParams) 
         rest = wave_u(p.impedance, minus(packet.position, s.error.x), wave)
         lasted_s = (packet.number - s.error.number) * packet.period_s
         force = scaled(wave_u(p.impedance, rest, scaled(rest, 0.0)), 0.5 / lasted_s)
-        under = min(squared(force) * FORCE_N**-2, 1.0)
+        share = min(squared(force) * FORCE_N**-2, 1.0)
     else:
         x = packet.position
-    return OnStrict(error, x, s.share, under, left_s, packet.integral, s.spent_j)
+    return OnStrict(error, x, s.change, share, left_s, packet.integral, s.spent_j)
 
 
 @position_down.member(OnStrict)
 def _strict_down(
     s: OnStrict, v: Vector, x: Vector, free_j: float, waiting: Vector, p: FeedbackParams
 ) -> tuple[OnStrict, Vector]:
-    at, share, left_s = s.x, s.share, s.left_s
+    at, left_s = s.x, s.left_s
     if left_s > 0.0:
         ratio = min(p.tick_s / left_s, 1.0)
         at = plus(at, scaled(minus(s.error.x, at), ratio))
-        share += ratio * (s.under - share)
         left_s -= p.tick_s
     error, e = error_tick(s.error, x, at, v, waiting, p)
-    if not error.there:
-        return OnStrict(error, at, share, s.under, left_s, s.integral, s.spent_j), v
-    wanted = asked(error, scaled(e, share), p)
+    wanted = asked(error, scaled(e, s.share if error.there else 0.0), p)
     if p.adapts and p.lent_j > 0.0:
         used = (FULL - free_j / p.lent_j) * (1.0 / (FULL - LEAST))
         wanted = scaled(wanted, 1.0 + (MOST - 1.0) * min(max(used, 0.0), 1.0))
+    wanted = between(s.change, wanted, min(p.tick_s / MEND_S, 1.0))
     wanted, cost = affordable(v, wanted, max(free_j, 0.0) * (2.0 / SPREAD_S))
     spent_j = s.spent_j + cost * (0.5 * p.tick_s)
-    return OnStrict(error, at, share, s.under, left_s, s.integral, spent_j), plus(v, wanted)
+    return OnStrict(error, at, wanted, s.share, left_s, s.integral, spent_j), plus(v, wanted)
 
 
 @position_up.member(Published, OnStrict)

@@ -3,7 +3,7 @@
 """The brakes, which hold on while no waves come: the hand where it was, and the avatar's contact.
 
 The largest force F_L of either is ``RATIO`` times the mean force over ``MEAN_S`` before the wait.
-It grows over ``RISE_S``, stays while the end waits, and fades over ``return_s`` afterwards.
+It grows over ``FADE_S``, stays while the end waits, and fades over ``return_s`` afterwards.
 
 At the device an elastic-plastic spring z beside the damper b gives what is missing of F_L::
 
@@ -29,6 +29,7 @@ Equations: docs/theory.md 17.12, 17.13, 17.15.
 import math
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.channel.constants import FADE_S, RATIO, SETTLE_S, STALL_S
 from pmwvc_core.law.family import Family, same
 from pmwvc_core.law.vectors import (
     Vector,
@@ -45,8 +46,7 @@ from pmwvc_core.law.vectors import (
 )
 from pmwvc_core.law.wave.wave import affordable, damper, firmer, free_velocity
 
-RATIO, MEAN_S, RISE_S = 1.3, 0.05, 0.04
-STALL_S, HAND_RETURN_S, AVATAR_RETURN_S = 0.0125, 0.2, 0.1
+MEAN_S, HAND_RETURN_S = 0.5 * SETTLE_S, 2.0 * SETTLE_S
 LARGEST_M = 1e100  # a position beyond it is none
 FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
 
@@ -77,7 +77,7 @@ def brake_force(s: BrakeForce, waits: bool, f: Vector, h: float, return_s: float
         if not waits:
             return BrakeForce(mean, held, 0.0)
         held = RATIO * length(mean)
-    change = h / RISE_S if waits else -h / return_s
+    change = h / FADE_S if waits else -h / return_s
     return BrakeForce(mean, held, min(max(s.left + change, 0.0), 1.0))
 
 
@@ -148,7 +148,7 @@ def brake_ratio(
     s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
 ) -> tuple[AvatarBrake, float]:
     """Return N for a step of h [s], from the wave received and the contact force before."""
-    largest = brake_force(s.largest, waits, f_s, h, AVATAR_RETURN_S)
+    largest = brake_force(s.largest, waits, f_s, h, SETTLE_S)
     limit, ratio = brake_limit(largest), 1.0
     if limit > 0.0:
         left = minus(f_s, damper(b, free_velocity(b, u)))

@@ -106,7 +106,7 @@ def limits(
     force = active and good and not faulty
     gain, push, returns = _faded(s, force, damped, fast, released, p)
     ready = s.ready or (gain >= 1.0 and not damped)
-    if damped:  # what opposes the motion, and what is left of the rest
+    if fast or outside or (silent and not p.brakes):  # what opposes the motion, and what is left
         power = dot(f, xd)
         kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
         f = plus(kept, scaled(minus(f, kept), push))

@@ -29,7 +29,7 @@ from pmwvc_core.law.server.contacts import (
     touching,
 )
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, shortened, total, zero
-from pmwvc_core.law.wave.wave import wave_j, wave_v
+from pmwvc_core.law.wave.wave import firmer, wave_j, wave_v
 
 SLIDE_M_S = 0.1
 
@@ -46,6 +46,7 @@ class UserPort(NamedTuple):
     v_j: float  # of the waves v_s
     account_j: float  # sum for the packets if it is kept here; below zero: that of their waves
     extra: Vector  # signals that a controller declares
+    raised: float = 1.0  # r, in the impedance of the avatar
 
 
 class SharedScene(NamedTuple):
@@ -106,7 +107,22 @@ def changed_port(
     """Take contact and impedance over; the springs store what they stored. Return what is lost."""
     a = s.avatar
     contact, lost_j = changed_contact(a.contact, stiffness, damping)
+    impedance = firmer(impedance, s.raised)
     return s._replace(avatar=a._replace(impedance=impedance, contact=contact)), lost_j
+
+
+def sum_j(s: UserPort, strict: bool) -> float:
+    """Return the energy sum for packets [J]; below zero: that of the waves in them."""
+    return s.v_j if strict else s.account_j
+
+
+def port_raised(s: UserPort, ratio: float) -> UserPort:
+    """Take an impedance r times that of free motion over."""
+    a = s.avatar
+    if ratio == s.raised:
+        return s
+    avatar = a._replace(impedance=firmer(a.impedance, ratio / s.raised))
+    return s._replace(avatar=avatar, raised=ratio)
 
 
 @environment_step.member(EnvironmentParams)

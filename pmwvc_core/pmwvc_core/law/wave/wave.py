@@ -16,10 +16,9 @@ Equations: docs/theory.md 1.1, 1.2, 1.3, 1.4, 1.5, 17.14.
 import math
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.channel.constants import SETTLE_S, SLOWLY_S
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.vectors import Vector, dot, each, minus, scaled, squared, times
-
-SLOWLY_S, QUICKLY_S = 0.7, 0.1  # time constants of a repayment
 
 
 class Impedance(NamedTuple):
@@ -171,11 +170,11 @@ def affordable(wave: Vector, change: Vector, power: float) -> tuple[Vector, floa
 def repayment(undelivered: Vector, wave: Vector, free_j: float) -> Vector:
     """Return the wave that delivers what is undelivered, U [sqrt(W) s], as fast as E allows, the
     energy that may be spent [J]. A wave w along U beside v costs v + w/2 for each part of it: so
-    w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
+    w = 2 (E/|U| - v), within the time constants ``SLOWLY_S`` and ``SETTLE_S``.
     """
     size = math.sqrt(squared(undelivered))
     if size == 0.0:
         return undelivered
     along = scaled(undelivered, 1.0 / size)
-    wanted = min(2.0 * (free_j / size - dot(wave, along)), size * (1.0 / QUICKLY_S))
+    wanted = min(2.0 * (free_j / size - dot(wave, along)), size * (1.0 / SETTLE_S))
     return scaled(along, max(wanted, size * (1.0 / SLOWLY_S)))

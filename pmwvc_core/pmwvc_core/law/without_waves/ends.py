@@ -230,7 +230,7 @@ def _moved(
     avatar, flow_j = a._replace(xd=xd, f=f, contact=contact), h * dot(f, xd)
     u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
     sent_j, extra = answer.sent_j, answer.extra
-    return UserPort(avatar, kept, s.offset, x_s, answer.wave, u_j, v_j, sent_j, extra), lost_j
+    return UserPort(avatar, kept, s.offset, x_s, answer.wave, u_j, v_j, sent_j, extra, 1.0), lost_j
 
 
 @environment_energies.member(AvatarEndParams)

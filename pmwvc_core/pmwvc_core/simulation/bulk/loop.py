@@ -23,7 +23,7 @@ from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.plant.forces import Task, hand_force, offset
 
-OF_PACKET = 7  # columns behind wave, integral and position: energy, period, time, flags, echo
+OF_PACKET = 8  # columns behind wave, integral, position: energy, period, time, flags, echo, level
 
 
 class Book(NamedTuple):
@@ -57,7 +57,10 @@ def write(packet: Packet, link: int, packets: Array) -> None:
     """Write a packet that a link carries into the row of its number."""
     times = packet.energy_j, packet.period_s, float(packet.sent_ns)
     flags = 1.0 * packet.short, 1.0 * packet.waits, 1.0 * packet.anew  # float() takes no flag
-    rest, into = (*times, *flags, float(packet.echo)), packets[link, packet.number - 1]
+    rest, into = (
+        (*times, *flags, float(packet.echo), float(packet.level)),
+        packets[link, packet.number - 1],
+    )
     put(packet.wave + packet.integral + packet.position + rest, into, 0)
 
 
@@ -77,7 +80,8 @@ def taken(
             found.append(Packet(
                 k + 1, int(packets[link, k, 3 * n + 2]), packets[link, k, 3 * n + 1], wave,
                 integral, packets[link, k, 3 * n], position, packets[link, k, 3 * n + 3] != 0.0,
-                packets[link, k, 3 * n + 4] != 0.0, packets[link, k, 3 * n + 5] != 0.0, False, (),
+                packets[link, k, 3 * n + 4] != 0.0, packets[link, k, 3 * n + 5] != 0.0, False,
+                int(packets[link, k, 3 * n + 7]), (),
                 int(packets[link, k, 3 * n + 6]), rows[row, 3] != 0, rows[row, 4], 0,
             ))  # fmt: skip
     return found, fit
