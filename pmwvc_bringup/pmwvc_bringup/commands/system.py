@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
-from pmwvc_core.errors import PmwvcError, file_errors
+from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
     from pmwvc_analysis.doctor import Checked as RecordingFinding
@@ -149,54 +149,26 @@ def completion(arguments: argparse.Namespace) -> cli.Result:
 
 @cli.command(
     *cli.GIVEN,
-    cli.argument("--device", "network interface to name", default="DEV", metavar="DEV"),
-    cli.OUT.but("folder for tables of distributions"),
     cli.JSON,
 )
 def links(arguments: argparse.Namespace) -> cli.Result:
-    """Show the links of a scenario, with the tc command of Linux for each.
+    """Show the links of a scenario, with the effects of each.
 
     examples:
       pmwvc links carry_16ms --set link.preset=wifi_bad
-      pmwvc links carry_16ms --set link.preset=geo --device eth0 --out /tmp/tables
       pmwvc links carry_16ms --set user2.link.up.loss=0.1 --json
 
-    For each link: its effects, and the nearest tc command of Linux (netem, as root, on the
-    interface that sends), with the effects that the command leaves out. Some distributions need a
-    table: --out writes it; copy it to /usr/lib/tc.
-
-    Keys of --json: links, each with name, mean_delay_s, does, tc, not_in_tc, table.
+    Keys of --json: links, each with name, mean_delay_s, does.
     """
     from pmwvc_core.network.effects import amounts, check, mean_s
-    from pmwvc_core.network.tc import not_in_tc, table_name, table_text, tc_line
 
     scenario = cli.scenario_of(arguments)
     found: list[dict[str, Any]] = []
-    files: dict[str, str] = {}  # text of each table by its file
-    ways = [(user, way) for user in scenario.users for way in ("up", "down")]
-    for user, way in ways:
+    for user, way in ((user, way) for user in scenario.users for way in ("up", "down")):
         params = getattr(user, f"link_{way}")
         check(params)
-        delay, table = f"{1e3 * mean_s(params):.4g} ms on the mean", table_name(params)
-        link: dict[str, Any] = {
-            "name": f"{user.name}/{way}",
-            "mean_delay_s": mean_s(params),
-            "does": [delay, *amounts(params).values()],
-            "tc": tc_line(params, device=arguments.device),
-            "not_in_tc": not_in_tc(params),
-            "table": table,
-        }
-        found.append(link)
-        files |= {f"{table}.dist": table_text(params)} if table else {}
-        print(f"{link['name']}: {', '.join(link['does'])}")
-        print(f"  {link['tc']}")
-        for text in link["not_in_tc"]:
-            print(f"  left out: {text}")
-    if arguments.out:
-        folder = arguments.out
-        with file_errors(f"write into {folder}"):
-            folder.mkdir(parents=True, exist_ok=True)
-            for name, table in files.items():
-                (folder / name).write_text(table, "ascii")
-        print(f"written: {folder} ({', '.join(files) or 'none needed'})")
+        does = [f"{1e3 * mean_s(params):.4g} ms on the mean", *amounts(params).values()]
+        name = f"{user.name}/{way}"
+        found.append({"name": name, "mean_delay_s": mean_s(params), "does": does})
+        print(f"{name}: {', '.join(does)}")
     return cli.Result(document={"links": found})

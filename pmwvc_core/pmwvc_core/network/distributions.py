@@ -76,8 +76,7 @@ class Distribution:
     # raises where what it is made from, a text or a file, cannot be used
     check: Callable[[LinkParams], object] = lambda params: None
     sized: bool = True  # whether jitter_s is its size; without it there is no jitter
-    half_width: bool = False  # whether jitter_s is a half-width: no table in Linux
-    linux: bool = False  # whether a table of it comes with tc
+    half_width: bool = False  # whether jitter_s is a half-width
 
 
 def normal(u: float) -> float:
@@ -135,18 +134,14 @@ def file_conflict(p: LinkParams) -> str:
     return "" if p.trace_file else f"trace_file is missing: jitter = {p.jitter} needs a file"
 
 
-_tailed = partial(
-    Distribution, moments=lambda p: (0.0, p.jitter_s), conflict=_tail_conflict, linux=True
-)
+_tailed = partial(Distribution, moments=lambda p: (0.0, p.jitter_s), conflict=_tail_conflict)
 DISTRIBUTIONS = {
     "uniform": Distribution(
         lambda p, u: p.jitter_s * (2.0 * u - 1.0),
         lambda p: (0.0, p.jitter_s / math.sqrt(3.0)),
         half_width=True,
     ),
-    "normal": Distribution(
-        lambda p, u: p.jitter_s * normal(u), lambda p: (0.0, p.jitter_s), linux=True
-    ),
+    "normal": Distribution(lambda p, u: p.jitter_s * normal(u), lambda p: (0.0, p.jitter_s)),
     "pareto": _tailed(lambda p, u: p.jitter_s * _pareto(1.0 - u, _shape(p))),
     "paretonormal": _tailed(  # a quarter normal and three quarters Pareto, mean 0, deviation 1
         lambda p, u: (

@@ -82,8 +82,8 @@ def _recorded_amount(params: LinkParams) -> str:
     return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most{lost}"
 
 
-# An effect of tc-netem, which the linear model leaves out and which adds no delay.
-_linux = partial(LinkEffect, linear="delay", linux=True, spread_s=lambda p: 0.0)
+# Left out by the linear model, without a delay.
+_undelayed = partial(LinkEffect, linear="delay", spread_s=lambda p: 0.0)
 _jitter = partial(LinkEffect, linear="delay", spreads=True, label=lambda p: f"{p.jitter} jitter")
 
 
@@ -91,7 +91,6 @@ def _drawn(name: str, law: Distribution) -> LinkEffect:
     return _jitter(
         name=name,
         active=lambda p: p.jitter == name and drawn(p) is not None,
-        linux=True,
         # usually longer by the half-width, or by mean and deviation
         spread_s=lambda p: (
             float(p.jitter_s)
@@ -116,21 +115,21 @@ TRACE = _jitter(
     conflict=file_conflict,
     check=recording_of,
 )
-ORDER = _linux(name="order", linear="order", random=False)
+ORDER = _undelayed(name="order", linear="order", random=False)
 LIBRARY = (
-    _linux(
+    _undelayed(
         name="loss",
         active=lambda p: p.loss > 0.0,
         amount=lambda p: f"loss of {p.loss:.3g} of the packets",
         label=lambda p: f"loss {p.loss * 100.0:.4g} %",
     ),
-    _linux(
+    _undelayed(
         name="gilbert_elliott",
         active=lambda p: p.ge_p > 0.0 or p.ge_good > 0.0,
         amount=lambda p: f"loss of {gilbert_loss(p):.3g} of the packets, in bursts",
         label=lambda p: f"bursts of loss {gilbert_loss(p) * 100.0:.4g} %",
     ),
-    _linux(
+    _undelayed(
         name="four_states",
         active=lambda p: p.markov_p13 > 0.0 or p.markov_p14 > 0.0,
         amount=lambda p: f"loss of {markov_loss(p):.3g} of the packets, by four states",
@@ -150,18 +149,18 @@ LIBRARY = (
         label=lambda p: f"hand-over every {p.handover_s:.4g} s",
         conflict=partial(_not_above, "handover_outage_min_s", "handover_outage_max_s"),
     ),
-    _linux(
+    _undelayed(
         name="duplication",
         active=lambda p: p.duplicate > 0.0,
         amount=lambda p: f"duplication of {p.duplicate:.3g} of the packets",
     ),
-    _linux(
+    _undelayed(
         name="corruption",
         active=lambda p: p.corrupt > 0.0,
         amount=lambda p: f"corruption of {p.corrupt:.3g} of the packets",
         label=lambda p: f"corrupt {p.corrupt * 100.0:.4g} %",
     ),
-    _linux(  # some packets are sent at once and overtake others
+    _undelayed(  # some packets are sent at once and overtake others
         name="reordering",
         active=lambda p: p.reorder > 0.0,
         spreads=True,
@@ -175,14 +174,13 @@ LIBRARY = (
     ),
     LinkEffect(
         name="rate_limit",
-        linux=True,
         switch=("rate_limit_bps", 0),
         active=lambda p: p.rate_limit_bps > 0.0,
         random=False,
         amount=lambda p: f"rate limit of {p.rate_limit_bps:g} bit/s",
         label=lambda p: f"{p.rate_limit_bps / 1e3:.4g} kbit/s",
     ),
-    _linux(
+    _undelayed(
         name="delay",
         random=False,
         label=lambda p: f"{p.delay_s * 1e3:.4g} ms",
@@ -200,7 +198,7 @@ LIBRARY = (
     ),
     *(_drawn(name, law) for name, law in DISTRIBUTIONS.items()),
     TRACE,
-    _linux(  # packets come out only in slots, several at once
+    _undelayed(  # packets come out only in slots, several at once
         name="slots",
         active=lambda p: p.slot_max_s > 0.0,
         spreads=True,

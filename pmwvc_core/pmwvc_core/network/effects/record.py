@@ -75,7 +75,6 @@ class LinkEffect(Record):
     # those that link.effects must give a plug-in, by name, with their ranges
     numbers: Mapping[str, Spec] = field(default_factory=dict)
     random: bool = True  # whether the seed decides what it does
-    linux: bool = False  # whether tc-netem has it
     spreads: bool = False  # whether the delay differs from packet to packet
     # by how much tuning rules have to count the delay longer [s]; None: not known
     spread_s: Callable[[LinkParams], float | None] = lambda params: None
