@@ -18,7 +18,7 @@ from mcap.reader import make_reader
 
 from pmwvc_analysis.recorder_node import QUEUE_BYTES, BackgroundWriter
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.salvage import RawMessage, Salvage, check_file, mend, messages
+from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import CHUNK_BYTES, SessionWriter
 from pmwvc_core.errors import RecordingError
@@ -94,13 +94,13 @@ def test_what_is_written_is_in_the_file_and_in_its_metadata(tmp_path):
     counts = {each["topic_metadata"]["name"]: each["message_count"] for each in topics}
     assert counts == {"/user1/wave_up": 10, "/server/trace": 0}
     writer.close()  # twice does no harm
-    assert check_file(writer.path).whole
+    assert stored(writer.path)[1].whole
 
 
 def test_a_chunk_is_at_most_a_second_and_at_most_four_mebibytes(tmp_path):
     with begun(tmp_path / "a") as writer:
         write_some(writer, 30, step_ns=SECOND // 10)
-    assert check_file(writer.path).chunks == 3
+    assert stored(writer.path)[1].chunks == 3
     with begun(tmp_path / "b") as writer:
         write_some(writer, 2 * CHUNK_BYTES // len(packet(1)), step_ns=1000)
     with writer.path.open("rb") as stream:
@@ -144,7 +144,7 @@ def test_running_out_of_space_ends_in_good_order(tmp_path, monkeypatch):
     write_some(writer, 5, first=11)
     writer.close()
     assert writer.refused == 5
-    assert stored(writer.path)[0] == packets(10) and check_file(writer.path).whole
+    assert stored(writer.path)[0] == packets(10) and stored(writer.path)[1].whole
 
 
 def die_recording(folder):
@@ -166,20 +166,6 @@ def test_a_killed_process_leaves_everything_it_flushed(tmp_path):
     assert salvage.metadata["session"] == {"source": "live"}
     content = yaml.safe_load((tmp_path / "metadata.yaml").read_text())
     assert content["rosbag2_bagfile_information"]["message_count"] == 100
-
-
-def test_recovery_makes_a_whole_file_of_a_cut_one(tmp_path):
-    with begun(tmp_path / "a") as writer:
-        write_some(writer, 300, step_ns=SECOND // 100)
-    data = writer.path.read_bytes()
-    cut = tmp_path / "cut.mcap"
-    cut.write_bytes(data[: len(data) // 2])
-    told = mend(cut, tmp_path / "b")
-    found, again = stored(tmp_path / "b" / "session.mcap")
-    assert len(found) in (100, 200) and told.startswith(f"{len(found)} messages of")
-    assert found == packets(len(found)) and again.whole
-    assert again.metadata["session"] == {"source": "live"}
-    assert "cut in the middle of a record" in again.metadata["recovered"]["cut"]
 
 
 def test_the_queue_never_waits_and_counts_what_it_loses(tmp_path):

@@ -14,9 +14,8 @@ import numpy as np
 
 from pmwvc_analysis.recording import assemble, links, schemas
 from pmwvc_analysis.recording.clocks import time_lines
-from pmwvc_analysis.recording.content import CUT, Content, hand_targets, read_content
+from pmwvc_analysis.recording.content import Content, hand_targets, read_content
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
-from pmwvc_analysis.recording.salvage import WHOLE
 from pmwvc_analysis.recording.scenario_file import mapping_in
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
@@ -117,10 +116,6 @@ def _events(
 ) -> list[dict[str, Any]]:
     """Return the findings of reading and the notes of the runner (``events.json``)."""
     found = content.events + changed
-    if (mended := content.metadata.get("recovered")) is not None:
-        what = f"mended from {mended.get('from')}: {mended.get('cut')}"
-        kind = "recording" if mended.get("cut") == WHOLE else CUT
-        found.append({"who": "recorder", "kind": kind, "what": what})
     path = folder / "events.json"
     if path.is_file():
         try:

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""MCAP files from front to back: the messages as far as a file is whole, the check that it is, and
-a new session folder made of what is whole.
+"""MCAP files from front to back: the messages as far as a file is whole, and the check that it is.
 
 A killed recorder leaves a file without index and footer, often cut in the middle of a record.
 Everything up to the last whole chunk is there, each chunk guarded by its checksum. The library
@@ -9,7 +8,6 @@ checks chunks and the data section; here the summary is checked, and what it cou
 a writer left out (0) are noted.
 """
 
-import shutil
 import struct
 import zlib
 from collections import Counter
@@ -24,14 +22,10 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
 from zstandard import ZstdError
 
-from pmwvc_analysis.recording.topics import Topic
-from pmwvc_analysis.recording.writer import SessionWriter
-from pmwvc_core.errors import RecordingError, file_errors
+from pmwvc_core.errors import file_errors
 
 # What the library raises where a file is damaged.
 DAMAGE = (McapError, CRCValidationError, ZstdError, struct.error, ValueError, RuntimeError)
-WHOLE = "file was whole"
-COMPANIONS = ("scenario.yaml", "events.json", "nodes")
 CRC_BYTES = 4
 DATA_END = struct.pack("<BQ", Opcode.DATA_END, CRC_BYTES)  # in front of its checksum
 
@@ -148,50 +142,3 @@ def _check_summary(stream: BinaryIO, footer: mcap.Footer, data_end: int, salvage
     summary = found[(footer.summary_start or data_end) - begin : -CRC_BYTES]
     if footer.summary_crc not in (0, zlib.crc32(summary)):
         salvage.problems.append("the checksum of the summary is wrong")
-
-
-def check_file(path: str | Path) -> Salvage:
-    """Read a file to its end; RecordingError where it cannot be opened."""
-    salvage = Salvage()
-    for _ in messages(path, salvage):
-        pass
-    return salvage
-
-
-def mend(folder: str | Path, target: str | Path) -> str:
-    """Write what is whole in a session folder (or one file) into a new one; return as text what
-    was kept. The damaged file is left as it is. Topics keep their names, types, times and bytes;
-    scenario, events and logs are copied.
-
-    RecordingError where it holds not exactly one MCAP file, nothing can be read or written, or the
-    new file does not read back whole.
-    """
-    source, new = Path(folder), Path(target)
-    files = sorted(source.glob("*.mcap")) if source.is_dir() else [source]
-    if len(files) != 1:
-        raise RecordingError(f"{source} holds {len(files)} .mcap files: name the one to mend")
-    if new.exists() and (not new.is_dir() or any(new.iterdir())):
-        raise RecordingError(f"{new} is not empty: a mended session needs a folder of its own")
-    (damaged,), salvage = files, Salvage()
-    with SessionWriter(new) as writer:
-        for topic, kind, log_ns, publish_ns, data in messages(damaged, salvage):
-            writer.add_topic(Topic(topic, kind, depth=10), schema=salvage.schemas[kind])
-            writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)
-        for name, values in salvage.metadata.items():
-            if name != "rosbag2":
-                writer.add_metadata(name, values)
-        cut = salvage.end or WHOLE
-        writer.add_metadata("recovered", {"from": damaged.name, "cut": cut})
-    again = check_file(writer.path)
-    if writer.problem or not again.whole or again.messages != salvage.messages:
-        why = "; ".join([writer.problem or "the new file is incomplete", *again.problems])
-        read = f"{again.messages} of {salvage.messages} messages read back"
-        raise RecordingError(f"recovery of {damaged} failed: {read}; {why}")
-    with file_errors(f"write into {new}"):
-        for name in COMPANIONS if source.is_dir() else ():
-            if (source / name).is_dir():
-                shutil.copytree(source / name, new / name)
-            elif (source / name).is_file():
-                shutil.copy2(source / name, new / name)
-    why = salvage.end or f"the {WHOLE}"
-    return f"{salvage.messages} messages of {damaged} are in {new} ({why})"

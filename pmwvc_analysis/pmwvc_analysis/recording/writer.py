@@ -77,12 +77,10 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def add_topic(self, topic: Topic, *, schema: str | None = None) -> None:
-        """Announce a topic; its schema is looked up by the name of its type when not given."""
-        if topic.name in self._channels:
-            return
+    def add_topic(self, topic: Topic) -> None:
+        """Announce a topic."""
         if (name := topic.type_name) not in self._types:
-            text = schemas.schema_text(name) if schema is None else schema
+            text = schemas.schema_text(name)
             number = self._writer.register_schema(name, "ros2msg", text.encode())
             self._types[name] = number, schemas.hash_of(text, name)
             self._chunk_bytes += len(text.encode())

@@ -18,12 +18,8 @@ if TYPE_CHECKING:
     from pmwvc_bringup.machine import MachineCheck
 
 
-MEND = "write the intact part of a damaged recording into a new session folder"
-
-
 @cli.command(
     cli.FOLDER.but(nargs="?"),
-    cli.argument("--mend", MEND, type=cli.path, metavar="NEW"),
     cli.JSON.but("print the findings as JSON on stdout"),
 )
 def doctor(arguments: argparse.Namespace) -> cli.Result:
@@ -32,18 +28,15 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc doctor                                 this machine
       pmwvc doctor sessions/20260101T120000Z-carry_16ms    a recorded session
-      pmwvc doctor sessions/20260101T120000Z-carry_16ms --mend mended    a file that was cut
 
     exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it
     has only losses that it declares, 3 when it is damaged
     """
     findings: Sequence[MachineCheck | RecordingFinding]
-    if arguments.mend and not arguments.folder:
-        raise PmwvcError("--mend: name the damaged session folder as well")
     if arguments.folder:
         from pmwvc_analysis.doctor import exit_code
 
-        recorded = _of_recording(arguments.folder, arguments.mend)
+        recorded = _of_recording(arguments.folder)
         findings, code = recorded, exit_code(recorded)
     else:
         from pmwvc_bringup.machine import PROBLEM, examine
@@ -56,15 +49,10 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result(code, {"exit_code": code, "findings": listed})
 
 
-def _of_recording(folder: Path, mend_into: Path | None) -> "list[RecordingFinding]":
-    """Return the findings about a session, those of a comparison, or the mended copy of one."""
+def _of_recording(folder: Path) -> "list[RecordingFinding]":
+    """Return the findings about a session, or those of a comparison."""
     from pmwvc_analysis.doctor import check_recording
 
-    if mend_into:
-        from pmwvc_analysis.recording.salvage import mend
-
-        print(mend(folder, mend_into))
-        return check_recording(mend_into)
     if not folder.exists():
         raise PmwvcError(f"{folder}: there is no such session folder")
     from pmwvc_analysis.report.comparison import is_comparison
