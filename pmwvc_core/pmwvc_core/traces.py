@@ -193,7 +193,6 @@ class SessionTraces:
     fates: dict[str, FateTraces] = field(default_factory=dict)
     receptions: dict[str, ReceptionTraces] = field(default_factory=dict)
     taken: dict[str, TakenTraces] = field(default_factory=dict)
-    link_states: dict[str, dict[str, Array]] = field(default_factory=dict)
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
     events: list[dict[str, Any]] = field(default_factory=list)
     metadata: dict[str, Any] = field(default_factory=dict)

@@ -13,9 +13,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 from support import handmade
 from support.handmade import START_NS, TICKS
-from support.plain import load
 from support.rewriting import raw, rewritten, unequal, written
-from support.simulated import simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.events.events import complete
@@ -52,19 +50,6 @@ def without(*gone):
         return message
 
     return change
-
-
-def test_a_state_of_a_link_has_the_delays_of_the_last_second(tmp_path):
-    scenario = load("wall", settings_texts=["changes=1.2 link.delay_s=0.05"], duration_s=3.2)
-    traces = simulated(scenario)
-    record_traces(tmp_path, traces, scenario, start_ns=START_NS)
-    found, fates = read_session(tmp_path).link_states["user1/up"], traces.fates["user1/up"]
-    delays_s = 1e-9 * (fates.time_out_ns - fates.time_in_ns)
-    states = zip(found["delay_min"], found["delay_max"], strict=True)
-    for second, delays in enumerate(states):
-        out = (fates.time_out_ns >= second * 1e9) & (fates.time_out_ns < (second + 1) * 1e9)
-        assert delays == pytest.approx((delays_s[out].min(), delays_s[out].max()))
-    assert found["delay_max"][0] < 0.04 < found["delay_min"][2]
 
 
 def test_the_scenario_comes_back_one_from_before_there_were_channels_as_plain(folder, tmp_path):

@@ -113,18 +113,6 @@ def test_packets_are_counted_by_their_fates():
     assert link["delay_s"]["max"] == pytest.approx(0.036)
 
 
-def test_links_without_fates_are_judged_by_their_own_counts():
-    traces = session()
-    traces.fates = {}
-    names = "in_count out_count lost duplicated reordered corrupted dropped delay_max".split()
-    numbers = (100, 90, 10, 0, 0, 0, 0, 0.02)
-    states = {n: np.array([v], dtype=float) for n, v in zip(names, numbers, strict=True)}
-    traces.link_states = {"user1/up": states}
-    (link,) = judged(traces)["links"]
-    assert (link["sent"], link["received"], link["lost"]) == (100, 90, 10)
-    assert link["delay_s"] == {"p50": None, "p99": None, "max": 0.02}
-
-
 def test_ticks_that_are_not_recorded_are_counted():
     traces = session()
     traces.users[0].tick[2000:] += 16

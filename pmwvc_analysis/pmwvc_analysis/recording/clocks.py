@@ -27,7 +27,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
-from pmwvc_core.runtime.misfits import LinkState, MasterTrace, PacketFate, ServerTrace, Trace, Wave
+from pmwvc_core.runtime.misfits import MasterTrace, ServerTrace, Trace, Wave
 from pmwvc_core.traces import FateTraces
 from pmwvc_core.transport.path import Shortest, latest_line
 
@@ -65,7 +65,7 @@ def monotonic_times(messages: Sequence[Trace]) -> Integers:
     return np.array([message.start_ns for message in messages], dtype=np.int64)
 
 
-def stamps(messages: Sequence[Trace] | Sequence[LinkState] | Sequence[PacketFate]) -> Integers:
+def stamps(messages: Sequence[Trace]) -> Integers:
     """Return the ROS time of each message on its own host [ns]."""
     return np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
 

@@ -18,7 +18,7 @@ import yaml
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.assemble import TRACES
-from pmwvc_analysis.recording.links import Outgoing, fate_blocks, state_blocks
+from pmwvc_analysis.recording.links import Outgoing, fate_blocks
 from pmwvc_analysis.recording.topics import about, session_topics
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
@@ -68,7 +68,8 @@ def record_traces(
         for name, values in records.items():
             writer.add_metadata(name, values)
         for topic in session_topics(names, links=list(traces.fates)):
-            writer.add_topic(topic)
+            if topic.type_name != schemas.LINK_STATE:  # the fates tell all of it
+                writer.add_topic(topic)
         for at_ns, name, message in outgoing:
             data = bytes(store.serialize_cdr(message, message.__msgtype__))
             writer.write(name, data, log_ns=start + at_ns)
@@ -92,15 +93,9 @@ def _all(
         head = {"stamp": stamp, "epoch": epoch, "seq": seq, "link": link, "sender": 0}
         message = types.Reception(**head, **received.counts, **received.passage)
         yield end_ns, f"/{'server' if at_server else owner}/reception", message
-    users = {user.name: user for user in scenario.users}
-    for link, fates in traces.fates.items():
-        owner, _, way = link.rpartition("/")
-        params = getattr(users[owner], f"link_{way}")
-        # packets still in flight at the end of the session never came out
+    for fates in traces.fates.values():  # packets still in flight at the end never came out
         out_ns = np.where(fates.time_out_ns < end_ns, fates.time_out_ns, 0)
-        ended = replace(fates, time_out_ns=out_ns)
-        yield from fate_blocks(types, ended, start)
-        yield from state_blocks(types, ended, params, start, seed=scenario.seed)
+        yield from fate_blocks(types, replace(fates, time_out_ns=out_ns), start)
 
 
 def _epoch(traces: SessionTraces, name: str) -> int:

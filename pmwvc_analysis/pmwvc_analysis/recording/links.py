@@ -17,20 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording import clocks
 from pmwvc_analysis.recording.sequence import GapCounter
 from pmwvc_analysis.recording.topics import relayed, source_of
 from pmwvc_core.network.in_flight import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.params import LinkParams
+from pmwvc_core.numeric import Flags
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes, nanoseconds
-from pmwvc_core.runtime.misfits import LinkState, PacketFate, Reception
+from pmwvc_core.runtime.misfits import PacketFate, Reception
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces
 from pmwvc_core.transport.receiver import PASSAGE, REFUSED
 
-BLOCK_NS, STATE_NS = 500_000_000, 1_000_000_000
+BLOCK_NS = 500_000_000
 Outgoing = tuple[int, str, Any]  # time on the session's time line [ns], topic, message
 COLUMNS = {name: name for name in PUBLISHED} | {"bytes": "size_bytes"}
 RECEIVED = ("accepted", "beginnings", "lost", "duplicate", "reordered", *REFUSED)
@@ -48,44 +46,6 @@ def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[
         at_ns = int(columns["time_in_ns"].max())
         head: dict[str, Any] = {"stamp_ns": start + at_ns, "link": fates.link, "first": first + 1}
         yield at_ns, "/netem/fates", build.packet_fates(types, **head, **columns)
-
-
-def state_blocks(
-    types: MessageTypes, fates: FateTraces, params: LinkParams, start: int, *, seed: int
-) -> Iterator[Outgoing]:
-    """Yield a LinkState message a second."""
-    out = fates.time_out_ns > 0
-    went_in = {
-        "in_count": fates.fate != FateKind.DUPLICATE,
-        "lost": fates.fate == FateKind.LOST,
-        "duplicated": fates.fate == FateKind.DUPLICATE,
-        "corrupted": fates.cause == Cause.CORRUPTION,
-        "dropped": np.isin(fates.fate, DROPPED),
-        "queued": out,  # less those that went out
-    }
-    delays_s = (fates.time_out_ns - fates.time_in_ns) * 1e-9
-    overtaken = reordered(fates)
-    end_ns = int(max(fates.time_in_ns.max(initial=0), fates.time_out_ns.max(initial=0)))
-    for seq, at_ns in enumerate(range(STATE_NS, end_ns + STATE_NS, STATE_NS), start=1):
-        left = out & (fates.time_out_ns < at_ns)
-        counts = {n: int((each & (fates.time_in_ns < at_ns)).sum()) for n, each in went_in.items()}
-        counts |= {"out_count": int(left.sum()), "reordered": int((overtaken & left).sum())}
-        counts["queued"] -= counts["out_count"]
-        recent = left & (fates.time_out_ns >= at_ns - STATE_NS)
-        now_s = delays_s[recent] if recent.any() else np.zeros(1)
-        figures = {"delay_mean": now_s.mean(), "delay_min": now_s.min(), "delay_max": now_s.max()}
-        message = build.link_state(
-            types,
-            stamp_ns=start + at_ns,
-            link=fates.link,
-            seq=seq,
-            counts=counts,
-            delays={"delay_error_max": 0.0} | {name: float(d) for name, d in figures.items()},
-            rate_hz=float(recent.sum()) * 1e9 / STATE_NS,
-            params=params,
-            seed=seed,
-        )
-        yield at_ns, "/netem/links", message
 
 
 def reordered(fates: FateTraces) -> Flags:
@@ -108,14 +68,6 @@ def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
         values = np.concatenate([getattr(block, field) for block in blocks.values()])
         columns[name] = values.astype(np.uint64 if name == "epoch" else np.int64)
     return FateTraces(link=link, number=np.concatenate(numbers), **columns)
-
-
-def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Array]:
-    """Return counts, delays and settings of a link over time, by the names of LinkState."""
-    ordered = sorted(messages, key=lambda each: nanoseconds(each.stamp))
-    names = [name for name, value in vars(ordered[0]).items() if isinstance(value, int | float)]
-    columns = {n: np.array([getattr(m, n) for m in ordered], dtype=float) for n in names}
-    return {"time_s": clocks.seconds(clocks.stamps(ordered), zero_ns)} | columns
 
 
 def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:

@@ -42,8 +42,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     }
     rows = [row for each in content.of_type(schemas.SERVER_TRACE).values() for row in each.rows]
     steps, steps_log_ns = [row.message for row in rows], [row.log_ns for row in rows]
-    waves, states = content.of_type(schemas.WAVE), content.of_links(schemas.LINK_STATE)
-    reports = content.of_links(schemas.RECEPTION)
+    waves, reports = content.of_type(schemas.WAVE), content.of_links(schemas.RECEPTION)
     fate_messages = content.of_links(schemas.PACKET_FATE)
     fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
@@ -63,7 +62,6 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         },
         fates=fates,
         receptions={link: links.reception_traces(link, each) for link, each in reports.items()},
-        link_states={link: links.link_states(m, zero_ns=zero_ns) for link, m in states.items()},
         targets=dict(hand_targets(content.hands, zero_ns)),
         metadata={**content.metadata, "server_lateness_s": np.zeros(0), **about},
     )

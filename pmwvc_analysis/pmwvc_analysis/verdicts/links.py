@@ -16,7 +16,6 @@ from pmwvc_analysis.recording.links import DROPPED, came_out, reordered
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.sums import number, percentiles
 from pmwvc_core.network.in_flight import Cause, FateKind
-from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
 from pmwvc_core.words import count
@@ -51,12 +50,7 @@ OF_SENDERS = {
 
 def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
     """Return the entries of ``links`` of a summary."""
-    found = [_from_fates(fates) for fates in traces.fates.values()]
-    found += [
-        _from_states(link, states, traces.duration_s)
-        for link, states in traces.link_states.items()
-        if link not in traces.fates
-    ]
+    found = map(_from_fates, traces.fates.values())
     return sorted(found, key=lambda entry: str(entry["name"]))
 
 
@@ -80,23 +74,6 @@ def _from_fates(fates: FateTraces) -> dict[str, Any]:
         "dropped": int(np.isin(fates.fate, DROPPED).sum()),
         "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
         "rate_hz": number((out.sum() - 1) / span_s) if span_s > 0.0 else None,
-    }
-
-
-def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict[str, Any]:
-    """Return the last counts; percentiles of the delay are not known from them."""
-
-    def last(name: str) -> int:
-        return int(states[name][-1]) if name in states else 0  # one that is new
-
-    others = ("lost", "duplicated", "reordered", "corrupted", "dropped")
-    return {
-        "name": link,
-        "sent": last("in_count"),
-        "received": last("out_count"),
-        **{name: last(name) for name in others},
-        "delay_s": {"p50": None, "p99": None, "max": number(states["delay_max"].max())},
-        "rate_hz": number(last("out_count") / duration_s) if duration_s > 0.0 else None,
     }
 
 
