@@ -9,10 +9,9 @@ numbers with the link (by their seeds) and nothing else.
 import math
 import zlib
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-from scipy import signal, special, stats
+from scipy import signal, stats
 
 BLOCK, OWN = 1024, 256
 
@@ -74,23 +73,9 @@ def jitter_s(params, u):
     if params.jitter == "pareto":
         law = stats.pareto(shape or 3.0)
         return size * (law.ppf(u) - law.mean()) / law.std()
-    if params.jitter == "paretonormal":
-        law = stats.pareto(shape or 3.0)
-        mixed = (3.0 * (law.ppf(u) - law.mean()) / law.std() + stats.norm.ppf(u)) / 4.0
-        return size * mixed / spread_of_mixture(shape or 3.0)
     assert params.jitter == "quantiles"
     pairs = [word.split(":") for word in params.jitter_quantiles.split()]
     return np.interp(u, [float(p) for p, _ in pairs], [float(x) for _, x in pairs])
-
-
-@cache
-def spread_of_mixture(tail):
-    """Return the standard deviation of a quarter normal and three quarters Pareto, comonotone."""
-    law = stats.pareto(tail)
-    nodes, weights = special.roots_hermitenorm(200)
-    values = (law.isf(stats.norm.sf(nodes)) - law.mean()) / law.std()
-    together = (weights * nodes * values).sum() / math.sqrt(2.0 * math.pi)
-    return math.sqrt(1.0 + 9.0 + 6.0 * together) / 4.0
 
 
 def gilbert(params, change, chance):
@@ -99,28 +84,6 @@ def gilbert(params, change, chance):
     for n in range(len(change) - 1):
         bad[n + 1] = change[n] >= params.ge_r if bad[n] else change[n] < params.ge_p
     return chance < np.where(bad, params.ge_bad, params.ge_good)
-
-
-def four_states(params, u):
-    """Return which packets the four-state chain loses, from its table of transitions."""
-    p13, p31, p32 = params.markov_p13, params.markov_p31, params.markov_p32
-    p23, p14 = params.markov_p23, params.markov_p14
-    table = {  # state: (probability, next state) in the order in which a number chooses
-        1: [(p14, 4), (p13, 3), (1.0, 1)],
-        2: [(p23, 3), (1.0, 2)],
-        3: [(p32, 2), (p31, 1), (1.0, 3)],
-        4: [(1.0, 1)],
-    }
-    state, lost = 1, []
-    for number in u:
-        edge = 0.0
-        for probability, after in table[state]:
-            edge += probability
-            if number < edge:
-                state = after
-                break
-        lost.append(state in (3, 4))
-    return np.array(lost, dtype=bool)
 
 
 def handover(params, numbers, time_s):
@@ -180,7 +143,6 @@ def fates(params, seed, time_ns, delay_s=None):
     time_s = (time_ns - begin_ns) * 1e-9
     lost = chained(numbers.luck[:, 0], params.loss_correlation) < params.loss
     lost |= gilbert(params, numbers.of("gilbert_elliott"), numbers.of("gilbert_elliott", 1))
-    lost |= four_states(params, numbers.of("four_states"))
     outage, near, moved_s = handover(params, numbers, time_s)
     copied = chained_among(numbers.luck[:, 1], params.duplicate_correlation, ~(lost | near))
     copied = (copied < params.duplicate) & ~(lost | near | outage)

@@ -17,8 +17,7 @@ TRACE = Path(__file__).parents[1] / "data" / "cicv5g_urban_n78.txt"
 CHANGE_S = 1.0
 BLANKS = {"schedule", "effects", "jitter_quantiles"}  # no change can name them
 FILES = {"trace_file", "trace_column"}  # read as the scale of the trace is
-GE, MARKOV = "ge_p=0.1 ge_r=0.3", "markov_p13=0.1 markov_p31=0.3 markov_p32=0.3"
-CELLS, SLOTS = "rate_limit_bps=300000 rate_cell_bytes=48", "slot_min_s=0.002 slot_max_s=0.02"
+GE, SLOTS = "ge_p=0.1 ge_r=0.3", "slot_min_s=0.002 slot_max_s=0.02"
 OUTAGES = "handover_s=1 handover_outage=1"
 FULL = "rate_limit_bps=140000"
 # Parameter: new value, and what else is set.
@@ -35,28 +34,18 @@ ROWS = {
     "ge_r": (0.2, "ge_p=0.1"),
     "ge_bad": (0.5, GE),
     "ge_good": (0.1, GE),
-    "markov_p13": (0.1, "markov_p31=0.3"),
-    "markov_p31": (0.3, "markov_p13=0.1"),
-    "markov_p32": (0.3, "markov_p13=0.1 markov_p31=0.3"),
-    "markov_p23": (0.4, MARKOV),
-    "markov_p14": (0.1, ""),
     "duplicate": (0.2, ""),
     "duplicate_correlation": (0.6, "duplicate=0.2"),
     "corrupt": (0.2, ""),
     "corrupt_correlation": (0.6, "corrupt=0.2"),
     "reorder": (0.2, "keep_order=false"),
-    "reorder_gap": (3, "reorder=0.4 keep_order=false"),
     "reorder_correlation": (0.6, "reorder=0.3 keep_order=false"),
     "rate_limit_bps": (250_000.0, ""),
     "rate_overhead_bytes": (42, "rate_limit_bps=250000"),
-    "rate_cell_bytes": (48, "rate_limit_bps=300000"),
-    "rate_cell_overhead_bytes": (5, CELLS),
     "queue_packets": (3, FULL),
     "queue_bytes": (500, FULL),
     "slot_min_s": (0.018, SLOTS),
     "slot_max_s": (0.04, SLOTS),
-    "slot_packets": (1, "slot_min_s=0.003 slot_max_s=0.01 jitter_s=0.01"),
-    "slot_bytes": (200, "slot_min_s=0.003 slot_max_s=0.01 jitter_s=0.01"),
     "handover_s": (1.0, "handover_step_s=0.02"),
     "handover_step_s": (0.02, "handover_s=1"),
     "handover_outage": (0.5, f"{OUTAGES} handover_outage_min_s=0.1 handover_outage_max_s=0.2"),
@@ -68,9 +57,13 @@ ROWS = {
 }
 # For so long what was before is seen.
 REMEMBERED_S = {"jitter_correlation": 1.0, "queue_packets": 2.0, "queue_bytes": 2.0}
-REMEMBERED_S |= dict.fromkeys(("ge_p", "ge_r", "markov_p13", "markov_p23"), 1.0)
-IN_THE_MEAN = ("queue_packets", "queue_bytes", "slot_min_s", "slot_max_s", "slot_packets")
-IN_THE_MEAN += ("slot_bytes",)  # a queue keeps its phase
+REMEMBERED_S |= dict.fromkeys(("ge_p", "ge_r"), 1.0)
+IN_THE_MEAN = (
+    "queue_packets",
+    "queue_bytes",
+    "slot_min_s",
+    "slot_max_s",
+)  # a queue keeps its phase
 
 
 def fates(name, *settings):

@@ -145,12 +145,9 @@ def dues_ms(channel, times_ms, size_bytes=140):
     return [fate.time_due_ns / MS for fate in sent]
 
 
-def test_headers_and_whole_cells_take_time_on_the_line():
+def test_headers_take_time_on_the_line():
     line = {"rate_limit_bps": 1e6, "queue_packets": 10}
     assert dues_ms(link(**line, rate_overhead_bytes=25), [0], 100) == [1.0]
-    # 125 bytes are three cells of 48, each with 5 more
-    cells = {"rate_overhead_bytes": 25, "rate_cell_bytes": 48, "rate_cell_overhead_bytes": 5}
-    assert dues_ms(link(**line, **cells), [0], 100) == [pytest.approx(8 * 3 * 53 / 1000)]
 
 
 def test_a_queue_bounded_in_bytes_drops_what_does_not_fit():
@@ -162,26 +159,19 @@ def test_a_queue_bounded_in_bytes_drops_what_does_not_fit():
     assert channel.send(6, 8 * MS, size_bytes=1000)[0].kind is FateKind.DELIVERED
 
 
-def test_slots_let_packets_out_together_and_no_more_than_fit():
+def test_slots_let_packets_out_together():
     dues = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01), range(25))
     assert sorted(set(dues)) == [10.0, 20.0, 30.0]
     assert [dues.count(instant) for instant in (10.0, 20.0, 30.0)] == [11, 10, 4]
-    few = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01, slot_packets=4), range(25))
-    assert max(few.count(instant) for instant in few) == 4
-    assert sorted(few) == few and max(few) == 70.0
-    alone = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01, slot_bytes=100), [0, 0])
-    assert alone == [10.0, 20.0]  # larger than a slot
-    bytes_each = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01, slot_bytes=300), range(8), 140)
-    assert [bytes_each.count(10.0 * n) for n in (1, 2, 3, 4)] == [2, 2, 2, 2]
 
 
-def test_every_gapth_packet_overtakes():
-    channel = link(delay_s=0.1, reorder=1.0, reorder_gap=5, keep_order=False)
-    dues = dues_ms(channel, range(20))
-    assert [n for n, due in enumerate(dues) if due == n] == [4, 9, 14, 19]
+def test_packets_that_are_sent_at_once_overtake():
+    channel = link(seed=1, delay_s=0.1, reorder=0.2, keep_order=False)
+    dues = dues_ms(channel, range(50))
+    first = [n for n, due in enumerate(dues) if due == n]
+    assert 5 <= len(first) <= 15
     out = [payload for payload, _ in channel.arrivals(10**12)]
-    assert out[:4] == [4, 9, 14, 19] and out[4:] == [n for n in range(20) if n % 5 != 4]
-    assert channel.counters.reordered == 16
+    assert out == first + [n for n in range(50) if n not in first]
 
 
 def test_corrupted_packets_come_out_and_are_marked():
@@ -194,7 +184,7 @@ def test_corrupted_packets_come_out_and_are_marked():
     assert 0.0 <= places.min() and places.max() < 1.0 and places.std() > 0.2
 
 
-@pytest.mark.parametrize("jitter", ["gamma", "lognormal", "pareto", "paretonormal", "quantiles"])
+@pytest.mark.parametrize("jitter", ["gamma", "lognormal", "pareto", "quantiles"])
 def test_moments_that_are_named_are_those_of_the_quantile_function(jitter):
     params = LinkParams(
         jitter=jitter, jitter_s=0.01, jitter_quantiles="0:0.001 0.5:0.002 0.9:0.02 1:0.1"
@@ -220,7 +210,6 @@ def test_moments_that_are_named_are_those_of_the_quantile_function(jitter):
         ({"jitter": "quantiles"}, r"jitter_quantiles = '': must be probability:seconds"),
         ({"jitter": "quantiles", "jitter_quantiles": "0:1 0.5:0.2 1:2"}, "rising"),
         ({"jitter": "table"}, "trace_file is missing: jitter = table needs a file"),
-        ({"markov_p13": 0.7, "markov_p14": 0.4}, r"markov_p13 \+ markov_p14 = 1.1: must be 0..1"),
         ({"slot_min_s": 0.2, "slot_max_s": 0.1}, r"slot_min_s = 0.2: must be 0..slot_max_s = 0.1"),
         (
             {"handover_s": 1.0, "handover_outage_min_s": 2.0},

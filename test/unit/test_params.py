@@ -47,7 +47,6 @@ BESIDE = {  # what a value needs beside it; of a link below its own name
     "reorder": {"keep_order": False},
     "slot_min_s": {"slot_max_s": 10.0},
     "handover_outage_min_s": {"handover_outage_max_s": 60.0},
-    "markov_p32": {"markov_p31": 0.0},
 }
 
 

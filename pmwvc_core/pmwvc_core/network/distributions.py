@@ -24,7 +24,7 @@ from pmwvc_core.params import LinkParams
 STANDARD_NORMAL = NormalDist()
 LEAST = 1e-17  # in place of 0, whose normal quantile is infinite
 # Tail index of Pareto as in the tables of Linux.
-USUAL_SHAPES = {"gamma": 2.0, "lognormal": 0.5, "pareto": 3.0, "paretonormal": 3.0}
+USUAL_SHAPES = {"gamma": 2.0, "lognormal": 0.5, "pareto": 3.0}
 FORM = "must be probability:seconds from 0 to 1, rising, separated by blanks"
 
 
@@ -98,16 +98,6 @@ def _pareto(above: Any, tail: float) -> Any:
     return (above ** (-1.0 / tail) - mean) / deviation
 
 
-@functools.lru_cache(maxsize=32)
-def _mixed(tail: float) -> float:
-    """Return the standard deviation of normal + 3 Pareto at the same probability."""
-    z = np.linspace(-12.0, 12.0, 4001)
-    above = np.array([0.5 * math.erfc(each / math.sqrt(2.0)) for each in z])
-    density = np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
-    together = np.trapezoid(z * _pareto(above, tail) * density, z)
-    return math.sqrt(10.0 + 6.0 * float(together))
-
-
 def _gamma(p: LinkParams, u: float) -> float:
     from scipy.special import gammaincinv  # takes long to import, and only this needs it
 
@@ -143,11 +133,6 @@ DISTRIBUTIONS = {
     ),
     "normal": Distribution(lambda p, u: p.jitter_s * normal(u), lambda p: (0.0, p.jitter_s)),
     "pareto": _tailed(lambda p, u: p.jitter_s * _pareto(1.0 - u, _shape(p))),
-    "paretonormal": _tailed(  # a quarter normal and three quarters Pareto, mean 0, deviation 1
-        lambda p, u: (
-            p.jitter_s * ((normal(u) + 3.0 * _pareto(1.0 - u, _shape(p))) / _mixed(_shape(p)))
-        )
-    ),
     "gamma": Distribution(_gamma, lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p)))),
     "lognormal": Distribution(
         lambda p, u: p.jitter_s * math.exp(_shape(p) * normal(u)), _lognormal_moments

@@ -21,7 +21,6 @@ BLOCK = 1024
 OWN = 256  # keeps the seeds of blocks apart from those of packets
 TOGETHER = 256  # packets whose four numbers are drawn together
 BELOW_ONE = 1.0 - 2.0**-53
-RECEIVED, WITHIN_BURST, IN_BURST, ISOLATED = 1, 2, 3, 4  # states; lost in the last two
 STEP, OUTAGE, LENGTH, LOSS = range(4)  # numbers of a hand-over; the last is a packet's
 
 
@@ -77,14 +76,13 @@ def _key(name: str) -> int:
 
 
 class Losses:
-    """The models of loss of one link: Gilbert-Elliott, four states, and around hand-overs, at
-    which the delay steps as well. What happens at the k-th hand-over is drawn by k.
+    """The models of loss of one link: Gilbert-Elliott, and around hand-overs, at which the
+    delay steps as well. What happens at the k-th hand-over is drawn by k.
     """
 
     def __init__(self, draws: Draws) -> None:
         self._draws = draws
         self._bad = False
-        self._state = RECEIVED
 
     def by_two_states(self, p: LinkParams, fate: Fate) -> bool:
         """Lose with the probability of the good (first) or bad state; it changes afterwards."""
@@ -93,23 +91,6 @@ class Losses:
         if changes < (p.ge_r if self._bad else p.ge_p):
             self._bad = not self._bad
         return lost
-
-    def by_four_states(self, p: LinkParams, fate: Fate) -> bool:
-        """Lose packets in bursts, within which some arrive, and singly."""
-        u = self._draws.of("four_states", fate)
-        ways = {  # how probable each next state is
-            RECEIVED: ((p.markov_p14, ISOLATED), (p.markov_p13, IN_BURST)),
-            WITHIN_BURST: ((p.markov_p23, IN_BURST),),
-            IN_BURST: ((p.markov_p32, WITHIN_BURST), (p.markov_p31, RECEIVED)),
-            ISOLATED: ((1.0, RECEIVED),),
-        }
-        until = 0.0
-        for probability, state in ways[self._state]:
-            until += probability
-            if u < until:
-                self._state = state
-                break
-        return self._state in (IN_BURST, ISOLATED)
 
     def by_hand_over(self, p: LinkParams, fate: Fate, elapsed_ns: int) -> Cause | bool:
         """Tell whether a packet meets an outage, or is lost around a hand-over."""
@@ -140,16 +121,3 @@ def gilbert_loss(params: LinkParams) -> float:
     p, r = params.ge_p, params.ge_r
     total = p + r
     return (params.ge_good * r + params.ge_bad * p) / total if total else params.ge_good
-
-
-def markov_loss(params: LinkParams) -> float:
-    """Return the mean loss of the four-state model, from the stationary probabilities."""
-    p13, p31, p32 = params.markov_p13, params.markov_p31, params.markov_p32
-    p23, p14 = params.markov_p23, params.markov_p14
-    if p13 and not p31:
-        return p23 / (p23 + p32) if p23 + p32 else 1.0  # a burst never ends
-    in_burst = p13 / p31 if p13 else 0.0  # all relative to the state received
-    if in_burst and p32 and not p23:
-        return 0.0  # a burst ends in state 2 for good
-    within = in_burst * p32 / p23 if p32 else 0.0
-    return (in_burst + p14) / (1.0 + in_burst + within + p14)

@@ -41,7 +41,6 @@ class Link(InFlight):
         self._losses = Losses(self._draws)
         self._line, self._order = SerialLine(), Order()
         self._slots = Slots(partial(self._draws.nth, "slots"))
-        self._since = 0  # packets since the last one that was sent at once
         self._made: dict[str, Effect] = {}  # plug-ins by name
         self._begin_ns: int | None = None
         self.configure(params)
@@ -111,7 +110,6 @@ class Link(InFlight):
         for cause in (  # all are asked: each draws the same in any company
             on.loss and draws.correlated("loss", fate, luck[0], p.loss_correlation) < p.loss,
             on.gilbert_elliott and losses.by_two_states(p, fate),
-            on.four_states and losses.by_four_states(p, fate),
             on.handover and losses.by_hand_over(p, fate, elapsed_ns),
             outage and Cause.OUTAGE,
             recorded_ns == LOST,
@@ -164,11 +162,10 @@ class Link(InFlight):
             if (fraction := corrupts(fate)) is not None:
                 self._corrupt(fate, fraction)
         at_once = False
-        if on.reordering:  # one packet after every ``reorder_gap - 1`` others
+        if on.reordering:
             u = draws.of("reordering", fate)
             u = draws.correlated("reordering", fate, u, p.reorder_correlation)
-            at_once = self._since >= p.reorder_gap - 1 and u < p.reorder
-            self._since = 0 if at_once else self._since + 1
+            at_once = u < p.reorder
         for hook in hooks["at_once"]:
             at_once = hook(fate) or at_once
         if self._jitter is not None:
@@ -179,7 +176,7 @@ class Link(InFlight):
             delay_s += hook(fate)
         due_ns = ready_ns + (0 if at_once else max(0, round(delay_s * 1e9))) + recorded_ns
         if on.slots:
-            due_ns = self._slots.arrives_ns(p, fate, due_ns, self._begin_ns or 0)
+            due_ns = self._slots.arrives_ns(p, due_ns, self._begin_ns or 0)
         for hook in hooks["arrives_ns"]:
             due_ns = hook(fate, due_ns)
         self._enter(payload, fate, self._order.arrives_ns(p, fate, due_ns))

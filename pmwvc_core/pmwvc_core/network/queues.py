@@ -66,9 +66,6 @@ class SerialLine(Drain):
         while waiting and waiting[0][0] <= ready_ns:
             self._bytes -= waiting.popleft()[1]
         size = fate.size + p.rate_overhead_bytes
-        if p.rate_cell_bytes:  # whole cells
-            cells = -(-size // p.rate_cell_bytes)
-            size = cells * (p.rate_cell_bytes + p.rate_cell_overhead_bytes)
         start_ns = max(ready_ns, self.latest_ns)
         too_many = p.queue_bytes and self._bytes + size > p.queue_bytes
         if len(waiting) >= p.queue_packets or (start_ns > ready_ns and too_many):
@@ -87,38 +84,17 @@ class Slots:
         self._draw = draw
         self._number = 0  # of slots so far
         self._ends_ns: list[int] = []
-        self._held: dict[int, list[int]] = {}  # packets and bytes by instant
 
-    def arrives_ns(self, p: LinkParams, fate: Fate, due_ns: int, begin_ns: int) -> int:
-        """Return the first instant with room, at ``due_ns`` or later."""
-        self._reach(p, due_ns, begin_ns)
-        index = bisect.bisect_left(self._ends_ns, due_ns)
-        while True:
-            if index == len(self._ends_ns):
-                self._reach(p, self._ends_ns[-1] + 1, begin_ns)
-            instant_ns = self._ends_ns[index]
-            held = self._held.setdefault(instant_ns, [0, 0])
-            fits = not p.slot_packets or held[0] < p.slot_packets
-            if fits and p.slot_bytes and held[0]:
-                fits = held[1] + fate.size <= p.slot_bytes
-            if fits:
-                held[0] += 1
-                held[1] += fate.size
-                return instant_ns
-            index += 1
-
-    def _reach(self, p: LinkParams, time_ns: int, begin_ns: int) -> None:
-        """Draw instants until one is at this time or later; forget those long past."""
+    def arrives_ns(self, p: LinkParams, due_ns: int, begin_ns: int) -> int:
+        """Return the first instant at ``due_ns`` or later; forget those long past."""
         ends = self._ends_ns
         last_ns = ends[-1] if ends else begin_ns
-        while not ends or last_ns < time_ns:
+        while not ends or last_ns < due_ns:
             self._number += 1
             u = self._draw(self._number)
             step_s = p.slot_min_s + (p.slot_max_s - p.slot_min_s) * u
             last_ns += max(round(step_s * 1e9), LEAST_NS)
             ends.append(last_ns)
-        if ends[0] < time_ns - KEPT_NS:
-            old = bisect.bisect_left(ends, time_ns - KEPT_NS // 2)
-            for instant_ns in ends[:old]:
-                self._held.pop(instant_ns, None)
-            del ends[:old]
+        if ends[0] < due_ns - KEPT_NS:
+            del ends[: bisect.bisect_left(ends, due_ns - KEPT_NS // 2)]
+        return ends[bisect.bisect_left(ends, due_ns)]

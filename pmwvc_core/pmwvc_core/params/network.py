@@ -26,11 +26,11 @@ class LinkParams(Validated):
     jitter: str = parameter(
         "uniform",
         (
-            *("none", "uniform", "normal", "pareto", "paretonormal", "gamma", "lognormal"),
-            *("quantiles", "table", "trace"),
+            *("none", "uniform", "normal", "pareto", "gamma", "lognormal", "quantiles", "table"),
+            "trace",
         ),
-        "spread of the delay; jitter_s is the half width (uniform), deviation (normal, pareto, "
-        "paretonormal), mean (gamma) or median (lognormal); table: drawn from a file; trace: "
+        "spread of the delay; jitter_s is the half width (uniform), deviation (normal, "
+        "pareto), mean (gamma) or median (lognormal); table: drawn from a file; trace: "
         "follows it",
     )
     jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none", usual=USUAL_S)
@@ -56,32 +56,20 @@ class LinkParams(Validated):
     ge_r: float = _probability("Gilbert-Elliott: probability of the change back", 1.0)
     ge_bad: float = _probability("Gilbert-Elliott: loss in the bad state (1-h)", 1.0)
     ge_good: float = _probability("Gilbert-Elliott: loss in the good state (1-k)")
-    markov_p13: float = _probability("four-state loss: from received (1) to lost in a burst (3)")
-    markov_p31: float = _probability("four-state loss: from lost in a burst to received", 1.0)
-    markov_p32: float = _probability("four-state loss: from lost to received within a burst (2)")
-    markov_p23: float = _probability("four-state loss: from received within a burst to lost", 1.0)
-    markov_p14: float = _probability("four-state loss: from received to an isolated loss (4)")
     duplicate: float = _probability("probability that a packet arrives twice")
     duplicate_correlation: float = _correlation("the duplication")
     corrupt: float = _probability("probability that one bit of a packet is flipped")
     corrupt_correlation: float = _correlation("the corruption")
     reorder: float = _probability("probability that it is sent at once; needs keep_order = false")
-    reorder_gap: int = parameter(1, "1..100000", "reordering: one of so many packets at most")
     reorder_correlation: float = _correlation("the reordering")
     rate_limit_bps: float = parameter(0.0, "0..1e12 bit/s", "rate limit (0: none)")
     rate_overhead_bytes: int = parameter(0, "0..10000 byte", "rate limit: header (UDP: 42)")
-    rate_cell_bytes: int = parameter(
-        0, "0..65535 byte", "rate limit: a packet is sent in whole cells (ATM: 48; 0: none)"
-    )
-    rate_cell_overhead_bytes: int = parameter(0, "0..65535 byte", "rate limit: header of a cell")
     queue_packets: int = parameter(100, "1..100000", "rate limit: packets that may wait at most")
     queue_bytes: int = parameter(
         0, "0..1e9 byte", "bytes that may wait for the rate limit, headers included (0: no limit)"
     )
     slot_min_s: float = parameter(0.0, "0..10 s", "slots: packets come out so far apart or more")
     slot_max_s: float = parameter(0.0, "0..10 s", "slots: and at most so far (0: no slots)")
-    slot_packets: int = parameter(0, "0..100000", "slots: packets in one slot (0: no limit)")
-    slot_bytes: int = parameter(0, "0..1e9 byte", "slots: bytes in one slot (0: no limit)")
     handover_s: float = parameter(0.0, "0..3600 s", "interval of satellites' hand-overs (0: none)")
     handover_step_s: float = parameter(0.0, "0..10 s", "hand-over: largest step of the delay")
     handover_outage: float = _probability("hand-over: probability of an outage")

@@ -12,20 +12,12 @@ from typing import TypeVar
 from pmwvc_core.errors import ParameterError, RecordingError, refusal
 from pmwvc_core.network.delay_trace import recording_of
 from pmwvc_core.network.distributions import DISTRIBUTIONS, Distribution, drawn, file_conflict
-from pmwvc_core.network.draws import gilbert_loss, markov_loss
+from pmwvc_core.network.draws import gilbert_loss
 from pmwvc_core.network.effects.record import LinkEffect
 from pmwvc_core.network.presets import timeline_of
 from pmwvc_core.params import LinkParams
 
 T = TypeVar("T")
-
-
-def _markov_conflict(params: LinkParams) -> str:
-    for first, second in (("markov_p13", "markov_p14"), ("markov_p31", "markov_p32")):
-        total = getattr(params, first) + getattr(params, second)
-        if total > 1.0 + 1e-12:
-            return f"{first} + {second} = {total:g}: must be 0..1"
-    return ""
 
 
 def _handover_loss(params: LinkParams) -> float:
@@ -128,13 +120,6 @@ LIBRARY = (
         active=lambda p: p.ge_p > 0.0 or p.ge_good > 0.0,
         amount=lambda p: f"loss of {gilbert_loss(p):.3g} of the packets, in bursts",
         label=lambda p: f"bursts of loss {gilbert_loss(p) * 100.0:.4g} %",
-    ),
-    _undelayed(
-        name="four_states",
-        active=lambda p: p.markov_p13 > 0.0 or p.markov_p14 > 0.0,
-        amount=lambda p: f"loss of {markov_loss(p):.3g} of the packets, by four states",
-        label=lambda p: f"loss {markov_loss(p) * 100.0:.4g} % (four states)",
-        conflict=_markov_conflict,
     ),
     LinkEffect(  # at hand-overs the delay steps and packets are lost
         name="handover",
