@@ -22,8 +22,11 @@ PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 
 PRESET_NAME = re.compile(r"(user[1-9][0-9]*\.)?link\.(?:\*\.|(up|down)\.)?preset")
 PRESET = Spec(str, description="network by name", choices=tuple(PRESETS))
 
-# Recordings of before have it: links did as tc-netem with another value.
-GONE = re.compile(r"(user[1-9][0-9]*\.)?link\.(up\.|down\.)?mode")
+# Recordings of before have them: with other values links did what they no longer do.
+GONE = re.compile(
+    r"(user[1-9]\d*\.)?link\.(up\.|down\.)?"
+    "(mode|markov_p[1-4]+|reorder_gap|rate_cell_(overhead_)?bytes|slot_(packets|bytes))"
+)
 
 
 def parse_scenario(
@@ -61,7 +64,7 @@ class _Values:
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
         """Sort values into shared and users'; a common override replaces single users'."""
         for name, value in self._without_presets(values).items():
-            if GONE.fullmatch(name) and value == "exact":
+            if GONE.fullmatch(name) and value in ("exact", 0, 1):
                 continue
             try:
                 number, leaves = resolved(name)
