@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The counts and delays of each emulated link, and what came of its packets at their receiver.
-
-What a link did is counted again in the order in which packets came out: a receiver that took as
-many of them as it reports must have counted exactly that.
-"""
+"""The counts and delays of each emulated link, and what came of its packets at their receiver."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +23,6 @@ COUNTED = (
     ("reordered", "overtaken by a later one"),
     ("corrupted", "delivered with a bit flipped"),
 )
-OF_LINK = ("accepted", "lost", "duplicate", "reordered", "corrupted")
 CAME = {
     "duplicate": "came again",
     "reordered": "came behind a newer one",
@@ -81,17 +76,14 @@ def reception_summaries(traces: SessionTraces, scenario: Scenario | None) -> lis
     """Return the entries of ``receptions`` of a summary."""
     found, saved = [], left_out(traces, scenario)
     for link, received in sorted(traces.receptions.items()):
-        injected = done_by(traces.fates.get(link), received)
         passage = {name: number(value) for name, value in received.passage.items()}
-        text, ratio = counts_text(received, injected), saved.get(link)
+        text, ratio = counts_text(received), saved.get(link)
         if ratio is not None:
             words = "of the packets; none of these is lost."
             text += f" The sender's deadband left out {ratio:.0%} {words}"
         entry = {
             "name": link,
             "counts": received.counts,
-            "injected": injected,
-            "as_injected": injected and injected.items() <= received.counts.items(),
             "path": None if passage["round_trip"] is None else passage,
             "left_out": ratio,
             "text": text,
@@ -101,38 +93,7 @@ def reception_summaries(traces: SessionTraces, scenario: Scenario | None) -> lis
     return found
 
 
-def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:
-    """Return what a receiver must have counted of the packets that its link let out.
-
-    None without a whole record of the link, or where a receiver began anew.
-    """
-    if fates is None or received.receivers != 1 or received.counts["beginnings"] > 1:
-        return None
-    rows = np.flatnonzero(came_out(fates))
-    taken = sum(received.counts[name] for name in OF_LINK if name != "lost")
-    whole = len(fates.number) and int(fates.number.max()) == len(fates.number)
-    if not whole or len(np.unique(fates.epoch[rows])) != 1 or taken > len(rows):
-        return None  # records of fates are missing
-    rows = rows[np.argsort(fates.time_out_ns[rows], kind="stable")]
-    rows = rows[:taken]  # the rest was still on its way when the receiver ended
-    corrupted = fates.cause[rows] == Cause.CORRUPTION
-    found = dict.fromkeys(OF_LINK, 0) | {"corrupted": int(corrupted.sum())}
-    came: set[int] = set()
-    newest = first = 0
-    for seq in fates.seq[rows[~corrupted]].tolist():
-        if seq in came:
-            found["duplicate"] += 1
-        elif seq < newest:
-            found["reordered"] += 1
-        else:
-            found["accepted"] += 1
-            newest, first = seq, first or seq
-        came.add(seq)
-    found["lost"] = newest - first + 1 - sum(seq >= first for seq in came) if came else 0
-    return found
-
-
-def counts_text(received: ReceptionTraces, injected: dict[str, int] | None) -> str:
+def counts_text(received: ReceptionTraces) -> str:
     """Return what came in, in a sentence."""
     counts = received.counts
     came = [f"{count(counts['lost'], 'number')} never came"] if counts["lost"] else []
@@ -141,16 +102,7 @@ def counts_text(received: ReceptionTraces, injected: dict[str, int] | None) -> s
     text = ", ".join([f"{count(counts['accepted'], 'packet')} accepted", *came])
     others = [f"{counts[n]} {words}" for n, words in OF_SENDERS.items() if counts[n]]
     text += f"; refused: {', '.join(others)}" if others else ""
-    if injected is None:
-        return f"{text}."
-    if injected.items() <= counts.items():
-        return f"{text}: exactly what the emulated link did."
-    names = {"duplicate": "repeated", "reordered": "overtaken"}
-    done = [f"{injected[name]} {names.get(name, name)}" for name in OF_LINK if name != "accepted"]
-    return (
-        f"{text}. Of the packets that the emulated link let out meanwhile it shows "
-        f"{', '.join(done)}: the difference arose between the link and the receiver."
-    )
+    return f"{text}."
 
 
 def path_text(passage: dict[str, float]) -> str:
