@@ -30,7 +30,7 @@ from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.services import unmatched
 from pmwvc_core.runtime.topics import Polled
 from pmwvc_core.runtime.watch import publishers_of
-from pmwvc_msgs.msg import LinkState, MasterTrace, Reception, ServerTrace
+from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
@@ -39,7 +39,7 @@ UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of a publisher whose node ROS no longer knows
 CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 SERVICE_TIMEOUT_S = 5.0
 FIRST_TICKS_TIMEOUT_S = 3.0
-RATE_STATES = 25  # six seconds of link states
+RATE_REPORTS = 12  # six seconds of them
 
 
 class Monitor:
@@ -50,19 +50,18 @@ class Monitor:
         self._masters = {u: Polled(node, MasterTrace, f"{u}/trace", NEWEST) for u in users}
         self._server = Polled(node, ServerTrace, "server/trace", NEWEST)
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
-        self._links = Polled(node, LinkState, "netem/links", links)
         self._restarts = Polled(node, String, "view/restart", RELIABLE) if restarts else None
         ends = [f"{user}/reception" for user in users] + ["server/reception"]
         self._receptions = [Polled(node, Reception, end, links) for end in ends]
         self._seen: dict[str, tuple[float, Any]] = {}
-        # Of a user's ticks, of a link's packets: newest times [ns] and numbers.
+        # Of a user's ticks, and of its packets: newest times [ns] and numbers.
         self._counts: dict[str, deque[tuple[int, int]]] = {}
 
     def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
         """Return the publishers and subscribers that are missing yet, as texts. ``ends``: topic ->
         wanted numbers of publishers and subscribers, this node not counted.
         """
-        polled = [*self._masters.values(), self._server, self._links, *self._receptions]
+        polled = [*self._masters.values(), self._server, *self._receptions]
         topics = [each.subscription.topic_name for each in polled]
         found = []
         for topic, (publishers, subscribers) in ends.items():
@@ -169,23 +168,18 @@ class Monitor:
         for user, polled in self._masters.items():
             self._take(user, polled)
         self._take("server", self._server)
-        while (state := self._links.take()) is not None:
-            if not misfit("LinkState", state):
-                self._seen[state.link] = (time.monotonic(), state)
         for polled in self._receptions:
             while (received := polled.take()) is not None:
-                self._seen[f"at the end of {received.link}"] = (time.monotonic(), received)
+                self._seen[f"link {received.link}"] = (time.monotonic(), received)
         server = self._fresh("server")
         return [self._user(name, server) for name in self._users]
 
     def _user(self, name: str, server: ServerTrace | None) -> UserStatus:
         status = UserStatus(name)
-        if (link := self._fresh(f"{name}/up")) is not None:
-            # The link itself counts too briefly.
-            stamp_ns = nanoseconds(link.stamp)
-            status.packet_hz = self._rate(link.link, stamp_ns, link.out_count, RATE_STATES)
-            status.delay_s = link.delay_mean if math.isfinite(link.delay_mean) else None
-        ways = [self._fresh(f"at the end of {name}/{way}") for way in ("up", "down")]
+        ways = [self._fresh(f"link {name}/{way}") for way in ("up", "down")]
+        if (up := ways[0]) is not None:
+            stamp_ns = nanoseconds(up.stamp)
+            status.packet_hz = self._rate(up.link, stamp_ns, up.accepted, RATE_REPORTS)
         delays = [way.delay_mean if way else math.nan for way in ways]
         if all(map(math.isfinite, delays)):
             status.up_s, status.down_s = delays

@@ -30,7 +30,6 @@ class UserStatus:
     name: str
     tick_hz: float | None = None
     packet_hz: float | None = None
-    delay_s: float | None = None  # of the emulated link up
     up_s: float | None = None  # as the server sees it; the division is a bound between two clocks
     down_s: float | None = None  # as the master sees it
     force_n: float | None = None
@@ -64,8 +63,8 @@ def status_table(
 def _cells(user: UserStatus) -> list[str]:
     """Return the texts of one user, in the order of the table's columns."""
     state = "no data" if user.state is None else STATES[user.state]
-    delays = "-" if user.delay_s is None else f"{1e3 * user.delay_s:.1f} ms"
-    if user.up_s is not None and user.down_s is not None:  # as the ends see them
+    delays = "-"
+    if user.up_s is not None and user.down_s is not None:
         delays = f"{1e3 * user.up_s:.1f}/{1e3 * user.down_s:.1f} ms"
     return [
         "-" if user.tick_hz is None else f"{user.tick_hz:.0f} Hz",
