@@ -94,7 +94,7 @@ def _system() -> Outcome:
 
 
 def _messages() -> Outcome:
-    names = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate", "Reception")
+    names = ("Wave", "MasterTrace", "ServerTrace", "PacketFate", "Reception")
     try:
         messages = importlib.import_module("pmwvc_msgs.msg")
         support = importlib.import_module("rclpy.type_support")

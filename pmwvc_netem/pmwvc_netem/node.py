@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The network-emulation node: relays topics with delay, jitter, loss and a slow line; reports the
-fates of packets in blocks (``netem/fates``) and the state of its links (``netem/links``).
+fates of packets in blocks (``netem/fates``).
 
 It works above DDS: it adds a hop of its own (its timing error is published), and knows nothing of
 what happens inside the network below. One thread owns all links. It sleeps in a wait set until a
@@ -9,7 +9,6 @@ message comes in or shortly before the next one is due, then to the deadline its
 no executor is involved. Another one serves parameters and diagnostics.
 """
 
-import dataclasses
 import sys
 import threading
 import time
@@ -30,7 +29,7 @@ from pmwvc_core.runtime.pacing import RealTimeReport, hold_memory, request_real_
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_core.runtime.watch import PATIENCE_S, nothing_on, publishers_of
-from pmwvc_netem.relayed_link import RelayedLink, delays_of
+from pmwvc_netem.relayed_link import RelayedLink
 from pmwvc_netem.settings import LinkSetup, Settings
 
 DEPTH = 100  # a burst while the relay sleeps must not be lost by the relay
@@ -40,7 +39,6 @@ LONGEST_WAIT_NS = 50_000_000  # a stop is seen this late
 PRIORITY = 20
 FATES_NS = 100_000_000
 BLOCK = 64  # fates; a link with as many is not kept waiting for the time
-STATES_NS = 250_000_000
 
 
 class Netem:
@@ -52,7 +50,6 @@ class Netem:
         self._guard = node.create_guard_condition(lambda: None)
         settings = Settings(node, self._change)
         self._changes.clear()  # the links begin with them
-        self._seed = settings.seed
         made = [_relayed(node, setup) for setup in settings.setups]
         self._links, inlets = [relayed for relayed, _ in made], [inlet for _, inlet in made]
         self._topics = [inlet.subscription.topic_name for inlet in inlets]
@@ -62,10 +59,7 @@ class Netem:
         )
         self._types = messages.live_types()
         self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", RECORDED_QOS)
-        self._states = node.create_publisher(self._types.LinkState, "netem/links", RECORDED_QOS)
-        self._states_seq = self._fates_due_ns = self._states_due_ns = 0
-        self._states_at_ns = time.monotonic_ns()
-        self._worst_error_ns = 0  # latest release since health was looked at
+        self._fates_due_ns = 0
         self._publishers = publishers_of(node)
         self._faults: dict[str, int] = {}  # of plug-ins, reported already
         self._running_s: float | None = None  # since when
@@ -107,7 +101,6 @@ class Netem:
 
     def close(self) -> None:
         """Complete the record."""
-        self._publish_states(time.monotonic_ns())
         for relayed in self._links:
             relayed.end()
             self._publish_fates(relayed)
@@ -135,10 +128,7 @@ class Netem:
                 self._publish_fates(relayed)
         if everything:
             self._fates_due_ns = now_ns + FATES_NS
-        if now_ns >= self._states_due_ns:
-            self._publish_states(now_ns)
-            self._states_due_ns = now_ns + STATES_NS
-        return min(self._fates_due_ns, self._states_due_ns, now_ns + FATES_NS // 10)
+        return min(self._fates_due_ns, now_ns + FATES_NS // 10)
 
     def _publish_fates(self, relayed: RelayedLink) -> None:
         while len(relayed.fates):
@@ -147,27 +137,13 @@ class Netem:
                 messages.packet_fates(self._types, stamp_ns=stamp_ns, link=relayed.name, **block)
             )
 
-    def _publish_states(self, now_ns: int) -> None:
-        self._states_seq += 1
-        elapsed_s = (now_ns - self._states_at_ns) * 1e-9
-        self._states_at_ns = now_ns
-        for relayed in self._links:
-            passed, relayed.passed = relayed.passed, []
-            self._worst_error_ns = max([self._worst_error_ns, *(late for _, late in passed)])
-            message = messages.link_state(
-                self._types, stamp_ns=time.time_ns(), link=relayed.name, seq=self._states_seq,
-                counts=dataclasses.asdict(relayed.link.counters), delays=delays_of(passed),
-                rate_hz=len(passed) / elapsed_s if elapsed_s > 0.0 else 0.0,
-                params=relayed.link.params, seed=self._seed,
-            )  # fmt: skip
-            self._states.publish(message)
-
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
-        late_ns, self._worst_error_ns = self._worst_error_ns, 0
+        late_ns = max((relayed.late_ns for relayed in self._links), default=0)
         values: dict[str, object] = {"release late max [us]": f"{late_ns / 1e3:.0f}"}
         failed = []
         for relayed in self._links:
+            relayed.late_ns = 0
             c, faults = relayed.link.counters, relayed.link.faults.steps
             ways = f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}"
             rest = f"in flight {c.queued}, invalid {relayed.invalid}"

@@ -12,9 +12,8 @@ number are looked at, where they stand in the CDR encoding::
 No ROS and no clock here: where bytes come from, go to, and what time it is are arguments.
 """
 
-import math
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from pmwvc_core.network.in_flight import TRAVELLING, Cause, Fate, FateKind, FateLog
 from pmwvc_core.network.link import Link
@@ -42,19 +41,6 @@ def flipped(message: bytes, fraction: float) -> bytes:
     return bytes(bits)
 
 
-def delays_of(passed: Sequence[tuple[int, int]]) -> dict[str, float]:
-    """Return the delays [s] of messages by the names of LinkState; NaN where there are none.
-
-    ``passed`` has the delay of each, and by how much it went out later than due [ns].
-    """
-    names = ("delay_mean", "delay_min", "delay_max", "delay_error_max")
-    if not passed:
-        return dict.fromkeys(names, math.nan)
-    delays, errors = zip(*passed, strict=True)
-    found = (sum(delays) / len(delays), min(delays), max(delays), max(0, *errors))
-    return {name: value * 1e-9 for name, value in zip(names, found, strict=True)}
-
-
 class RelayedLink:
     """One topic's way through its link, which decides on delay and loss.
 
@@ -69,7 +55,7 @@ class RelayedLink:
         self.name, self.link = name, link
         self.fates = FateLog()
         self.invalid = self._count = 0
-        self.passed: list[tuple[int, int]] = []  # since somebody took them
+        self.late_ns = 0  # latest release since somebody looked
         self._take, self._give, self._clock, self._is_wave = take, give, clock, is_wave
 
     def take_in(self) -> None:
@@ -100,7 +86,7 @@ class RelayedLink:
             out_ns = self._clock()
             self._give(message)
             self.fates.add(fate, time_out_ns=out_ns, epoch=epoch, seq=seq)
-            self.passed.append((out_ns - fate.time_in_ns, out_ns - fate.time_due_ns))
+            self.late_ns = max(self.late_ns, out_ns - fate.time_due_ns)
 
     def end(self) -> None:
         """Close the record: what is still under way never comes out."""

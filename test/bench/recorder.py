@@ -29,7 +29,7 @@ from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_core.runtime.pacing import Pacer, hold_memory, request_real_time
-from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
+from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace, Wave
 
 FRAME_NS = 8_000_000
 NUMBER_AT = 28  # CDR header, stamp, clock, epoch
@@ -37,7 +37,6 @@ CLASSES = {
     schemas.WAVE: Wave,
     schemas.MASTER_TRACE: MasterTrace,
     schemas.SERVER_TRACE: ServerTrace,
-    schemas.LINK_STATE: LinkState,
     schemas.PACKET_FATE: PacketFate,
 }
 
@@ -80,7 +79,7 @@ def main() -> int:
                 publisher = peer.publisher(
                     CLASSES[topic.type_name], topic.name, reliable=topic.reliable
                 )
-                if topic.type_name not in (schemas.LINK_STATE, schemas.PACKET_FATE):
+                if topic.type_name != schemas.PACKET_FATE:
                     ends.append((publisher, data(topic.type_name, options.users)))
             recorder.await_output("^ready$")
             peer.until(lambda: all(end.get_subscription_count() for end, _ in ends))

@@ -16,7 +16,7 @@ from support.verdicts import judged_stable
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_core.transport.packet import FLAG_LEAVING
-from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
+from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace, Wave
 
 pytestmark = pytest.mark.integration
 FAILING = """
@@ -39,7 +39,6 @@ sys.exit(__main__.main())
 TRACES = {
     "/server/trace": (ServerTrace, [{}, {"users": ["user1", "x"], "dof": 3, "x_s": [1.0]}]),
     "/user1/trace": (MasterTrace, [{}, {"dof": 5, "f_applied": [1.0], "state": 9}]),
-    "/netem/links": (LinkState, [{}, {"link": "user1/up", "delay_mean": float("nan")}]),
     "/user1/wave_up": (Wave, [{}, {"wave": [1.0, 2.0], "integral": [9.0], "epoch": 5, "seq": 1}]),
     "/netem/fates": (PacketFate, [{}, {"link": "user1/up", "first": 2**63, "seq": [1, 2]}]),
 }

@@ -71,7 +71,7 @@ def test_what_was_built_is_the_source_and_every_number_has_a_unit(file: Path) ->
 def test_every_message_is_built() -> None:
     text = (FOLDER / "CMakeLists.txt").read_text("utf-8")
     assert re.findall(r'"msg/(\w+)\.msg"', text) == [file.stem for file in FILES]
-    names = "LinkState MasterTrace PacketFate Reception ServerTrace Wave"
+    names = "MasterTrace PacketFate Reception ServerTrace Wave"
     assert [file.stem for file in FILES] == names.split()
 
 

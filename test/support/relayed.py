@@ -4,10 +4,12 @@
 
 import time
 
+from diagnostic_msgs.msg import DiagnosticArray
+
 from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.runtime.topics import wave_bytes
 from pmwvc_core.transport.packet import Admission, WavePacket
-from pmwvc_msgs.msg import LinkState, PacketFate, Wave
+from pmwvc_msgs.msg import PacketFate, Wave
 
 UP = ("/user1/wave_up", "/server/user1/wave_up")
 
@@ -22,7 +24,7 @@ class Line:
         self.sent = []  # (time before publishing [ns], bytes), by number - 1
         self.received = []  # (time of arrival [ns], bytes)
         self.blocks = peer.collect(PacketFate, "/netem/fates", reliable=True)
-        self.states = peer.collect(LinkState, "/netem/links", reliable=True)
+        self.health = peer.collect(DiagnosticArray, "/diagnostics", reliable=True)
         peer.subscribe(Wave, topics[1], self._receive, raw=True)
 
     def _receive(self, message):
@@ -33,7 +35,7 @@ class Line:
 
         The first ones may find no relay yet: then they are not in its record.
         """
-        self.peer.until(lambda: self.states and self.publisher.get_subscription_count())
+        self.peer.until(lambda: self.health and self.publisher.get_subscription_count())
         self.peer.until(lambda: self.send() and self.received)
         self.peer.until(self.settled)
 
@@ -76,12 +78,11 @@ class Line:
             rows += [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
         return rows
 
-    def state_after(self, count):
-        """Wait for the link's report on as many packets."""
-        found = self.peer.until(
-            lambda: [s for s in self.states if s.link == self.link and s.in_count == count]
-        )
-        return found[0]
+    def reports(self, text):
+        """Tell whether the relay has reported that of its link."""
+        statuses = [status for array in self.health for status in array.status]
+        found = [v.value for s in statuses for v in s.values if v.key == self.link]
+        return any(text in value for value in found)
 
     def originals(self):
         return [row for row in self.records() if row["fate"] != FateKind.DUPLICATE]

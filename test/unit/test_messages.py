@@ -18,7 +18,6 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pmwvc_core.network.in_flight import COLUMNS
-from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
 from pmwvc_core.transport.packet import FLAG_LEAVING, Receipt, WavePacket, refused
@@ -78,16 +77,6 @@ def server(types):
     )  # fmt: skip
 
 
-def link(types):
-    names = ("in_count", "out_count", "lost", "duplicated", "reordered", "corrupted", "queued")
-    return messages.link_state(
-        types, stamp_ns=STAMP_NS, link="user1/up", seq=1, rate_hz=125.0, seed=3,
-        counts={name: 9 - k for k, name in enumerate((*names, "dropped"))},
-        delays=dict(delay_mean=0.1, delay_min=0.05, delay_max=0.2, delay_error_max=0.001),
-        params=LinkParams(delay_s=0.016, loss=0.1, jitter="normal", jitter_s=0.001),
-    )  # fmt: skip
-
-
 def fates(types):
     columns = {  # of two packets
         "epoch": [2**64 - 1, 0], "seq": [1, 2], "bytes": [126, 126], "time_in_ns": [1, 2],
@@ -108,7 +97,6 @@ BUILDERS = {
     "pmwvc_msgs/msg/Wave": lambda types: messages.wave(types, a_packet(), STAMP_NS),
     "pmwvc_msgs/msg/MasterTrace": lambda types: master(types, a_block()),
     "pmwvc_msgs/msg/ServerTrace": server,
-    "pmwvc_msgs/msg/LinkState": link,
     "pmwvc_msgs/msg/PacketFate": fates,
     "diagnostic_msgs/msg/DiagnosticArray": health,
 }

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One relayed topic in invented time: what comes out, when, and what is written down of it."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,7 +13,7 @@ from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_netem.relayed_link import RelayedLink, delays_of, peek_wave
+from pmwvc_netem.relayed_link import RelayedLink, peek_wave
 
 MS = 1_000_000
 LIVE = messages.live_types()
@@ -83,7 +81,7 @@ def test_every_message_has_a_fate_and_copies_have_their_own():
     bench.at(MS, *[serialized(1, seq) for seq in range(1, 101)])
     block = bench.relayed.fates.take()
     counters = bench.relayed.link.counters
-    assert len(block["seq"]) == 100 + counters.duplicated
+    assert len(block["seq"]) == 100 + np.count_nonzero(block["fate"] == FateKind.DUPLICATE) > 100
     assert sorted(set(block["seq"])) == list(range(1, 101))
     assert np.count_nonzero(block["fate"] == FateKind.LOST) == counters.lost > 0
     assert np.count_nonzero(block["time_out_ns"] == 0) == counters.lost
@@ -118,14 +116,10 @@ def test_what_is_under_way_at_the_end_is_written_down_as_never_out():
     assert bench.after == []
 
 
-def test_delays_and_errors_are_those_since_the_last_look():
+def test_the_latest_release_is_noted():
     bench = Bench(LinkParams(delay_s=0.010))
     bench.at(0, serialized(1, 1))
     bench.at(2 * MS, serialized(1, 2))
     bench.at(11 * MS)
     bench.at(15 * MS)
-    delays = delays_of(bench.relayed.passed)
-    assert delays == pytest.approx(
-        {"delay_mean": 0.012, "delay_min": 0.011, "delay_max": 0.013, "delay_error_max": 0.003}
-    )
-    assert all(math.isnan(value) for value in delays_of([]).values())
+    assert bench.relayed.late_ns == 3 * MS

@@ -68,8 +68,7 @@ def record_traces(
         for name, values in records.items():
             writer.add_metadata(name, values)
         for topic in session_topics(names, links=list(traces.fates)):
-            if topic.type_name != schemas.LINK_STATE:  # the fates tell all of it
-                writer.add_topic(topic)
+            writer.add_topic(topic)
         for at_ns, name, message in outgoing:
             data = bytes(store.serialize_cdr(message, message.__msgtype__))
             writer.write(name, data, log_ns=start + at_ns)

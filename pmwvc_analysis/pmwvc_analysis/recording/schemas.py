@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 WAVE = "pmwvc_msgs/msg/Wave"
 MASTER_TRACE = "pmwvc_msgs/msg/MasterTrace"
 SERVER_TRACE = "pmwvc_msgs/msg/ServerTrace"
-LINK_STATE = "pmwvc_msgs/msg/LinkState"
 PACKET_FATE = "pmwvc_msgs/msg/PacketFate"
 RECEPTION = "pmwvc_msgs/msg/Reception"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
@@ -30,7 +29,7 @@ POINT = "geometry_msgs/msg/PointStamped"
 FLAG = "std_msgs/msg/Bool"
 MARKERS = "visualization_msgs/msg/MarkerArray"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
-OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE, RECEPTION)
+OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, PACKET_FATE, RECEPTION)
 
 _SEPARATOR = "=" * 80
 

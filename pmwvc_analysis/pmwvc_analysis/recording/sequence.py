@@ -24,10 +24,7 @@ _EPOCH_NUMBER = {  # behind the stamp, and the clock where a type has one
     schemas.RECEPTION: struct.Struct("<8xQI"),
 }
 _LENGTH = struct.Struct("<8xI")  # of the link's name, behind the stamp
-_LINK_NUMBER = {  # behind the name; of fates the first one and how many
-    schemas.LINK_STATE: struct.Struct("<I"),
-    schemas.PACKET_FATE: struct.Struct("<QI"),
-}
+_FATES = struct.Struct("<QI")  # behind the name: number of the first one and how many
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +47,12 @@ def peek(type_name: str, data: bytes) -> Numbered | None:
         if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
             epoch, number = layout.unpack_from(body)
             return Numbered(f"{epoch:016x}", number)
-        if (layout := _LINK_NUMBER.get(type_name)) is None:
+        if type_name != schemas.PACKET_FATE:
             return None
         (length,) = _LENGTH.unpack_from(body)
         end = _LENGTH.size + length
         link = body[_LENGTH.size : max(end - 1, _LENGTH.size)].decode("utf-8", "replace")
-        align = 4 if layout.size == 4 else 8
-        return Numbered(link, *layout.unpack_from(body, end + -end % align))
+        return Numbered(link, *_FATES.unpack_from(body, end + -end % 8))
     except struct.error:
         return None
 

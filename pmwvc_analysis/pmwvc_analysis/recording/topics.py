@@ -71,7 +71,6 @@ def session_topics(
         found += [Topic(name, schemas.WAVE) for name in names]
         found.append(Topic(f"/{user}/trace", schemas.MASTER_TRACE))
     if links:
-        found.append(Topic("/netem/links", schemas.LINK_STATE))
         found.append(Topic("/netem/fates", schemas.PACKET_FATE))
     for node in ("server", *users):
         found.append(Topic(f"/{node}/reception", schemas.RECEPTION, essential=False))

@@ -145,7 +145,7 @@ def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
     """Return the numbers of publishers and subscribers of every topic, a view's not counted."""
     recorders = 1 if recorded else 0
-    names = ["/server/trace", "/server/reception", "/netem/links", "/netem/fates"]
+    names = ["/server/trace", "/server/reception", "/netem/fates"]
     names += [f"/{user.name}/{end}" for user in scenario.users for end in ("trace", "reception")]
     ends = dict.fromkeys(names, (1, recorders))
     for user in scenario.users:

@@ -56,15 +56,12 @@ class Fate:
 
 @dataclass(slots=True)
 class LinkCounters:
-    """Counts since the start, by the names of the LinkState message."""
+    """Counts since the start."""
 
     in_count: int = 0
     out_count: int = 0  # with copies
     lost: int = 0
-    duplicated: int = 0  # extra copies made
-    reordered: int = 0  # came out after a later one
     dropped: int = 0
-    corrupted: int = 0  # packets and copies on their way with a bit flipped
     queued: int = 0  # inside the link now
 
 
@@ -80,7 +77,6 @@ class InFlight:
         self.faults = Faults("link.effects")
         self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
         self._entered = 0
-        self._highest_out = 0
 
     @property
     def next_due_ns(self) -> int | None:
@@ -100,10 +96,6 @@ class InFlight:
         while waiting and waiting[0][0] <= now_ns:
             _, _, payload, fate = heapq.heappop(waiting)
             out.append((payload, fate))
-            if fate.number >= self._highest_out:
-                self._highest_out = fate.number
-            elif fate.kind is DELIVERED:
-                self.counters.reordered += 1
         self.counters.out_count += len(out)
         self.counters.queued = len(waiting)
         return out
@@ -153,9 +145,7 @@ class RecordedLink(InFlight):
             fate = Fate(number, now_ns, 0, kind, cause, size_bytes)
             fates.append(fate)
             counters.lost += kind is FateKind.LOST
-            counters.duplicated += kind is FateKind.DUPLICATE
             counters.dropped += kind not in (*TRAVELLING, FateKind.LOST)
-            counters.corrupted += cause is Cause.CORRUPTION
             if delay_ns is not None and kind in TRAVELLING:
                 due_ns = now_ns + delay_ns if at_ns is None else at_ns
                 self._enter(payload, fate, max(due_ns, now_ns))

@@ -133,7 +133,6 @@ class Link(InFlight):
         for more in self._hooks["copies"]:
             copies += more(fate)
         for _ in range(copies):
-            self.counters.duplicated += 1
             copy = Fate(number, now_ns, 0, *COPIED, size_bytes, len(fates))
             fates.append(self._travel(payload, copy, luck, delay_s, recorded_ns))
         return fates
@@ -183,5 +182,4 @@ class Link(InFlight):
         return fate
 
     def _corrupt(self, fate: Fate, fraction: float) -> None:
-        self.counters.corrupted += 1
         fate.cause, fate.flip = Cause.CORRUPTION, fraction

@@ -15,7 +15,6 @@ import numpy as np
 from pmwvc_core.ends.inbox import scalar, vector
 from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import LinkParams
 from pmwvc_core.traces import ENERGIES, OF_AVATARS
 from pmwvc_core.transport.packet import WavePacket
 
@@ -27,9 +26,8 @@ PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")  # of 
 PER_TICK = {"lateness": "f", "compute": "f", "looked": "I"}  # typecodes
 OF_OBJECT = ("x_o", "xd_o", "target")  # of a step
 
-_SETTINGS = ("delay_s", "jitter_s", "jitter", "loss", "duplicate", "rate_limit_bps")
 _UINT32 = 0xFFFFFFFF
-_OURS = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate", "Reception")
+_OURS = ("Wave", "MasterTrace", "ServerTrace", "PacketFate", "Reception")
 _PACKAGES = {
     **{"Time": "builtin_interfaces", "Header": "std_msgs"},
     **dict.fromkeys(("DiagnosticArray", "DiagnosticStatus", "KeyValue"), "diagnostic_msgs"),
@@ -98,16 +96,6 @@ def packet_fates(
     """Return a block of records, one entry a record in every column, as a PacketFate message."""
     found = {name: types.sequence(columns[name], kind) for name, kind in COLUMNS.items()}
     return types.PacketFate(stamp=time_message(types, stamp_ns), link=link, first=first, **found)
-
-
-def link_state(
-    types: MessageTypes, *, stamp_ns: int, counts: Mapping[str, int], delays: Mapping[str, float],
-    params: LinkParams, **fields: Any,
-) -> Any:  # fmt: skip
-    """Return counts, delays since the last message [s] and settings of a link."""
-    settings = {name: getattr(params, name) for name in _SETTINGS}
-    stamp = time_message(types, stamp_ns)
-    return types.LinkState(stamp=stamp, **counts, **delays, **settings, **fields)
 
 
 def diagnostic(

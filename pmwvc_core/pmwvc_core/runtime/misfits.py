@@ -18,7 +18,6 @@ Trace: TypeAlias = Any  # MasterTrace or ServerTrace
 MasterTrace: TypeAlias = Any
 ServerTrace: TypeAlias = Any
 Wave: TypeAlias = Any
-LinkState: TypeAlias = Any
 Reception: TypeAlias = Any
 PacketFate: TypeAlias = Any
 Stamp: TypeAlias = Any  # a time of ROS
@@ -94,7 +93,7 @@ def _wave(message: Wave) -> Iterator[str]:
     yield from _lengths(message, {"integral": axes})
 
 
-def _link(message: LinkState | Reception | PacketFate) -> Iterator[str]:
+def _link(message: Reception | PacketFate) -> Iterator[str]:
     if "/" not in message.link:
         yield f"link = {message.link!r}"
 
@@ -108,5 +107,5 @@ def _packet_fate(message: PacketFate) -> Iterator[str]:
 
 _CHECKS: Mapping[str, Callable[[Any], Iterator[str]]] = {
     **{"MasterTrace": _master_trace, "ServerTrace": _server_trace, "Wave": _wave},
-    **{"LinkState": _link, "PacketFate": _packet_fate, "Reception": _link},
+    **{"PacketFate": _packet_fate, "Reception": _link},
 }

@@ -198,11 +198,11 @@ def _read(
         for master in map(graph.master, graph.users):
             graph.values[master] = read(master)
         until_s = time.monotonic() + (math.inf if emulated else EMULATOR_S)
-        while not (found := node.count_publishers(f"{graph.netem}/links")):
+        while not (found := node.count_publishers(f"{graph.netem}/fates")):
             if stop.is_set() or time.monotonic() > until_s:
                 break
             time.sleep(LOOK_S)
-        if found:  # an emulator publishes the states of the links
+        if found:  # an emulator publishes the fates of packets
             graph.values[graph.netem] = read(graph.netem)
     except ParameterError:
         raise
