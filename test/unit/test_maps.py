@@ -21,7 +21,6 @@ from pmwvc_analysis.maps.maps import (
     boundary_of,
     compute,
     growth_per_s,
-    unfinished,
     write_data,
 )
 from pmwvc_core.errors import PmwvcError
@@ -71,35 +70,6 @@ def test_the_boundary_of_the_map_is_that_of_app_b():
 
 def test_processes_change_nothing():
     np.testing.assert_array_equal(compute(grid(), workers=2), computed())
-
-
-def test_an_interrupted_map_goes_on_where_it_stopped(tmp_path):
-    of = grid(DAMPING, STIFFNESS)
-    first = []
-
-    class Interrupted(Exception):
-        pass
-
-    def stop(points):
-        first.append(points)
-        if len(first) == 2:
-            raise Interrupted
-
-    with pytest.raises(Interrupted):
-        compute(of, workers=1, folder=tmp_path, done=stop)
-    assert np.sum(~np.isnan(unfinished(tmp_path, of))) == sum(map(len, first)) > 0
-    later = []
-    found = compute(of, folder=tmp_path, done=later.append)
-    assert sorted(sum(first + later, ())) == list(range(found.size))
-    np.testing.assert_array_equal(found, computed(DAMPING, STIFFNESS))
-
-
-def test_a_folder_with_another_map_is_refused(tmp_path):
-    small = Grid(grid().scenario, MapAxis(STIFFNESS.name, (500.0,)), MapAxis(DELAY.name, (0.0,)))
-    compute(small, folder=tmp_path / "map")
-    assert np.isfinite(unfinished(tmp_path / "map", small)).all()
-    with pytest.raises(PmwvcError, match="holds a map of other parameters"):
-        compute(grid(DAMPING), folder=tmp_path / "map")
 
 
 def test_every_file_holds_the_same_map(tmp_path):

@@ -4,12 +4,11 @@
 
 Points whose parameters may differ within a scenario (all numbers but delays and periods) are
 computed as one batch. Batches are independent, so they can be computed by several processes, or by
-a Dask cluster, with the same result; finished ones are kept on disk and the rest computed later.
+a Dask cluster, with the same result.
 """
 
 import hashlib
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -25,14 +24,12 @@ from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable, with_value
-from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of, varied
 from pmwvc_core.scenario.scenario import Scenario
 
 Points = tuple[int, ...]  # of a map, counted row by row
-FEWEST_BATCHES = 16  # of a map that could be one: for several processes, and to be kept
-PARTS = "finished.npz"
+FEWEST_BATCHES = 16  # of a map that could be one: for several processes
 
 
 @dataclass(frozen=True)
@@ -113,49 +110,27 @@ class MapPoint(NamedTuple):
     stable: bool
 
 
-def unfinished(folder: Path, grid: Grid) -> Array:
-    """Return radii as far as a folder has them, else NaN; PmwvcError if it has another map."""
-    path = folder / PARTS
-    if not path.exists():
-        return np.full(grid.shape, np.nan)
-    with np.load(path) as stored:
-        if str(stored["key"]) != grid.key:
-            raise PmwvcError(f"{folder}: holds a map of other parameters; give another --out")
-        return np.asarray(stored["radius"])
-
-
 def compute(
     grid: Grid,
     *,
     workers: int | None = None,
     dask: str | None = None,
-    folder: Path | None = None,
     done: Callable[[Points], None] = lambda points: None,
 ) -> Array:
     """Return the spectral radii of a map ``(rows, columns)``, computed as
-    :func:`.workers.finished` says; ``done`` is called with points as they are finished, a folder
-    keeps them and has them not computed again. PmwvcError for a value that a parameter may not
-    have, or a folder of another map.
+    :func:`.workers.finished` says; ``done`` is called with points as they are finished.
+    PmwvcError for a value that a parameter may not have.
     """
     for one, other in ((grid.x, grid.y), (grid.y, grid.x)):
         for edge in {other.values[0], other.values[-1]}:
             along = varied(grid.scenario, other.name, edge)
             for value in one.values:
                 varied(along, one.name, value)  # before any time is spent
-    key, radius = grid.key, np.full(grid.shape, np.nan)
-    if folder:
-        folder.mkdir(parents=True, exist_ok=True)
-        radius = unfinished(folder, grid)
-    left = [points for points in grid.batches() if np.isnan(radius.flat[list(points)]).any()]
+    radius, left = np.full(grid.shape, np.nan), grid.batches()
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
-        radius = radius[np.ix_(*grid.firsts)]
-        if folder:  # what is on disk is whole at any time
-            fresh = folder / "finished.new.npz"
-            np.savez(fresh, radius=radius, key=np.array(key))
-            os.replace(fresh, folder / PARTS)
         done(points)
-    return radius
+    return np.asarray(radius[np.ix_(*grid.firsts)])
 
 
 def batch(grid: Grid, points: Points) -> Array:
@@ -211,6 +186,7 @@ def boundary_words(grid: Grid, radius: Array) -> str:
 
 def write_data(folder: Path, grid: Grid, radius: Array, measured: list[MapPoint]) -> list[Path]:
     """Write NPZ, CSV, MAT and JSON; return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
     x, y = np.array(grid.x.values), np.array(grid.y.values)
     flags, growth = stable(radius), growth_per_s(grid, radius)
     arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": flags}

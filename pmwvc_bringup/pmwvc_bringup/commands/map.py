@@ -47,14 +47,12 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
           --sessions sessions/*carry*
       pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-    NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
-    interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
+    NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The map is written as
+    map.png, .svg, .npz, .csv, .mat and .json.
     """
     scenario = cli.scenario_of(arguments)
-    import numpy as np
-
     from pmwvc_analysis.figures.model_charts import stability_map
-    from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, unfinished, write_data
+    from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, write_data
     from pmwvc_analysis.models.linearize import stable
 
     workers, dask, console = arguments.workers, arguments.dask, terminal()
@@ -67,10 +65,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     measured = points_in(arguments.sessions, grid)
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
     folder = arguments.out or Path(default)
-    radius = unfinished(folder, grid)
-    finished, size = int(np.sum(~np.isnan(radius))), radius.size
-    if 0 < finished < size:
-        console.print(f"{finished} of {size} points were already computed")
+    finished, size = 0, len(x.values) * len(y.values)
     with doing("computing the map") as work:
 
         def done(points: "Points") -> None:
@@ -78,8 +73,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
             finished += len(points)
             work(min(finished / size, 1.0))
 
-        done(())
-        radius = compute(grid, workers=workers, dask=dask, folder=folder, done=done)
+        radius = compute(grid, workers=workers, dask=dask, done=done)
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius, measured)
         paths += stability_map(folder, grid, radius, measured)
