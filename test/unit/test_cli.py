@@ -180,21 +180,8 @@ def test_scenarios_for_a_program(pmwvc):
     assert whole == yaml.safe_load(pmwvc("scenarios", "wall").stdout)
 
 
-@pytest.mark.parametrize(
-    ("kind", "parameter"),
-    [
-        ("master", "device.mass = 0.25"),
-        ("server", "server.contact_stiffness = 500.0"),
-        ("netem", "link.up.loss = 0.0"),
-        ("recorder", "folder = ''"),
-    ],
-)
-def test_a_node_lists_its_parameters(pmwvc, kind, parameter):
-    result = pmwvc("node", kind, "--help")
-    assert result.returncode == 0
-    assert f"  {parameter}\n" in result.stdout
-    assert f"pmwvc node {kind} --ros-args" in result.stdout
-    assert "user2." not in result.stdout
+def test_a_node_tells_how_it_is_started(pmwvc):
+    assert "pmwvc node netem --ros-args -p users" in pmwvc("node", "netem", "--help").stdout
 
 
 def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):

@@ -1,31 +1,24 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Commands for live sessions: ``pmwvc view``, a session in the browser, also one that was recorded
-or is simulated in real time; and ``pmwvc node``, one node by itself, or its parameters as the node
-declares them.
+or is simulated in real time; and ``pmwvc node``, one node by itself.
 """
 
 import argparse
-import contextlib
 import os
 import signal
 import sys
-import textwrap
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import terminal
-from pmwvc_core.errors import ParameterError, PmwvcError, RecordingError
+from pmwvc_core.errors import PmwvcError, RecordingError
 
 if TYPE_CHECKING:
-    from rclpy.node import Node
-
     from pmwvc_view.session import Session
 
 WHAT = "a session folder, or a scenario to simulate in real time (nothing: a session that runs)"
-WIDTH, INDENT = 99, " " * 6
 ROS_ARGUMENTS = {
     "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
     "server": "-p users:=\"['user1','user2']\" -p server.contact_stiffness:=800.0",
@@ -33,8 +26,6 @@ ROS_ARGUMENTS = {
     "view": "-p port:=8080",
     "recorder": "-p users:=\"['user1','user2']\" -p folder:=my_session",
 }
-ONE_USER = "user1."
-OF_ROS = ("start_type_description_service", "use_sim_time")  # declared by every ROS node
 
 
 def _sessions(**given: object) -> list[str]:
@@ -106,68 +97,17 @@ def node(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc node server --ros-args -p users:="[user1, user2]"
       pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
-      pmwvc node master --help                     every parameter of a node
+
+    Parameters: docs/parameters.md; of a node that runs: ros2 param describe NODE NAME.
     """
     from pmwvc_bringup.session.plan import MODULES
     from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, require_ros
 
     require_ros()
+    kind = arguments.kind
     if {"-h", "--help"} & set(arguments.arguments):
-        print(parameter_help(arguments.kind))
+        print(f"example:\n  pmwvc node {kind} --ros-args {ROS_ARGUMENTS[kind]}")
         return cli.Result()
-    words = [sys.executable, "-m", MODULES[arguments.kind], *arguments.arguments]
+    words = [sys.executable, "-m", MODULES[kind], *arguments.arguments]
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the node can end by it
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))
-
-
-def parameter_help(kind: str) -> str:
-    """Return the help of a node: how it is started, and every parameter with unit and range."""
-    import rclpy
-    from rclpy.node import Node
-
-    context = rclpy.Context()
-    rclpy.init(args=[], context=context)
-    try:
-        node = Node(kind, context=context, start_parameter_services=False, enable_rosout=False)
-        _declare(node, kind)
-        lines, names = [], sorted(node.list_parameters([], 0).names)
-        for name in names:  # those of a single user are not repeated
-            descriptor = node.describe_parameter(name)
-            if name not in OF_ROS and not name.startswith(("user1.", "user2.")):
-                lines.append(f"  {name} = {node.get_parameter(name).value!r}")
-                words = [descriptor.description, descriptor.additional_constraints]
-                about = textwrap.wrap("; ".join(filter(None, words)), WIDTH - len(INDENT))
-                lines += [f"{INDENT}{line}" for line in about]
-        node.destroy_node()
-    finally:
-        rclpy.shutdown(context=context)
-    head = [
-        f"usage: pmwvc node {kind} [--ros-args [-r FROM:=TO] [-p NAME:=VALUE] [--params-file F]]",
-        f"\nexample:\n  pmwvc node {kind} --ros-args {ROS_ARGUMENTS[kind]}",
-        "\nparameters (default; unit and range; description):",
-    ]
-    text = f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
-    several = any(name.startswith(ONE_USER) for name in names)
-    return "\n".join([*head, *lines, *([text] if several else [])])
-
-
-def _declare(node: "Node", kind: str) -> None:
-    """Declare the parameters of a kind of node."""
-    from pmwvc_analysis import recorder_node
-    from pmwvc_master import settings as master
-    from pmwvc_netem import settings as netem
-    from pmwvc_server import settings as server
-    from pmwvc_view import node as view_node
-
-    def ignore(*_: object) -> None:
-        """Take a change of parameters and do nothing: none is made here."""
-
-    declarations: dict[str, Callable[[], object]] = {
-        "master": lambda: master.declare_settings(node, ignore, ignore),
-        "server": lambda: server.declare_settings(node, *[ignore] * 4),
-        "netem": lambda: netem.Settings(node, ignore),
-        "recorder": lambda: recorder_node.declare_settings(node),
-        "view": lambda: view_node.declare_settings(node),
-    }
-    with contextlib.suppress(ParameterError):  # a recorder wants a folder, when all is declared
-        declarations[kind]()
