@@ -139,18 +139,6 @@ def _real_time() -> Outcome:
     )
 
 
-def _shared_memory() -> Outcome:
-    folder = Path("/dev/shm")
-    if not folder.is_dir():
-        return OK, "not there; sessions do not use it"
-    left = sorted(folder.glob("fastrtps_*")) + sorted(folder.glob("fastdds_*"))
-    size = sum(path.stat().st_size for path in left if path.exists()) / MIB
-    text = f"{shutil.disk_usage(folder).free / MIB:.0f} MiB free"
-    text += f"; {len(left)} files of ROS programs, {size:.1f} MiB" if left else ""
-    remedy = "if no ROS program is running, killed ones left them: run fastdds shm clean"
-    return _judged(text, (bool(left), WARNING, remedy))
-
-
 def _disk() -> Outcome:
     if not os.access(Path.cwd(), os.W_OK):
         return PROBLEM, "this folder is not writable", "use --out, or start in a writable folder"
@@ -190,7 +178,6 @@ def _in_thread(work: Callable[[], Answer]) -> Answer:
 
 CHECKS: dict[str, Callable[[], Outcome]] = {
     "python": _python, "ros": _ros, "messages": _messages, "cores": _cores, "clock": _clock,
-    "real time": _real_time, "/dev/shm": _shared_memory, "disk": _disk,
-    "environment": _environment,
+    "real time": _real_time, "disk": _disk, "environment": _environment,
 }  # fmt: skip
 NOT_LIVE: dict[str, Callable[[], Outcome]] = {"python": _python, "system": _system, "disk": _disk}
