@@ -4,7 +4,7 @@
 
 from support.plain import load
 
-from pmwvc_core.law.channel.packet import Packing, PackingParams, Sent, pack
+from pmwvc_core.law.channel.packet import Deadband, Packing, Sent, pack
 from pmwvc_core.law.server_step import server_step
 from pmwvc_core.made.server import resting_server, server_params
 
@@ -12,7 +12,7 @@ PERIOD_NS = 8_000_000
 
 
 REST, SENT = (0.0,), Sent((0.1,), (0.0,), -1.0, ())
-ALWAYS = PackingParams(-1.0, 0.0)
+ALWAYS = Deadband(-1.0, 0.0)
 
 
 def stepped(server, packing, params, missed_s=0.0):

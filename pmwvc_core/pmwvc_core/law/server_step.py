@@ -16,27 +16,8 @@ A silent user is rendered a matched damper; braked on the strict channel.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import (
-    anew,
-    arrive,
-    interrupted,
-    missed,
-    news,
-    raised,
-    spare,
-    wave_of,
-)
-from pmwvc_core.law.channel.packet import (
-    Packet,
-    Packing,
-    PackingParams,
-    Sent,
-    is_silent,
-    is_unreceived,
-    no_packet,
-    pack,
-    silence_s,
-)
+from pmwvc_core.law.channel.arrivals import anew, arrive, idle, news, raised, spare, waits, wave_of
+from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, Sent, heard, no_packet, pack
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.server_port import (
     Came,
@@ -69,7 +50,7 @@ class GuestParams(NamedTuple):
     """Parameters of what comes from a user and goes to it."""
 
     arrivals: Any
-    packing: PackingParams
+    packing: Deadband
     most: float  # n
 
 
@@ -123,7 +104,7 @@ def _come(
     presence, flips, arrivals, lost_j, extra = s.presence, s.anew, s.arrivals, 0.0, s.extra
     following = followed(s.following, port.avatar.f, p.period_s, q.most)
     arrivals, port = raised(arrivals, following.ratio), port_raised(port, following.ratio)
-    there = presence != ABSENT
+    there, brakes = presence != ABSENT, False
     for packet in packets:
         arrivals, extra = arrive(arrivals, packet, now_ns, q.arrivals), packet.extra
         if packet.leaves:
@@ -134,20 +115,18 @@ def _come(
             arrivals, flips = anew(arrivals), not flips
             presence, lost_j = JOINING, lost_j + dropped_j
     if missed_s > 0.0 and there:
-        arrivals = missed(arrivals, missed_s)
+        arrivals = idle(arrivals, missed_s)
     arrivals, wave = wave_of(arrivals, p.period_s, q.arrivals)
-    silent, brakes = is_silent(arrivals.silence, now_ns), False
+    silence_s, silent, unreceived = heard(arrivals.silence, now_ns)
     if silent and not q.arrivals.plays_on:
         wave = zero(wave)
     if presence != ABSENT:
-        if silence_s(arrivals.silence, now_ns) > p.release_s:
+        if silence_s > p.release_s:
             port, dropped_j = left(port)
             presence, lost_j = ABSENT, lost_j + dropped_j
         else:
-            unreceived = is_unreceived(arrivals.silence, now_ns)
-            presence, brakes = COUPLED, interrupted(arrivals, now_ns)
-            if silent or unreceived:
-                presence = DAMPING
+            presence = DAMPING if silent or unreceived else COUPLED
+            brakes = unreceived or waits(arrivals)
     came = Came(
         scaled(wave, math.sqrt(following.ratio)),
         arrivals.position,

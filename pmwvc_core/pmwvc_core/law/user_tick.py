@@ -15,16 +15,8 @@ frames (``send``, ``begin``).
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.arrivals import answer_of, arrive, interrupted, missed, news
-from pmwvc_core.law.channel.packet import (
-    Packet,
-    Packing,
-    PackingParams,
-    is_silent,
-    is_unreceived,
-    pack,
-    silence_s,
-)
+from pmwvc_core.law.channel.arrivals import answer_of, arrive, idle, news, waits
+from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, heard, pack
 from pmwvc_core.law.port.master import (
     LATE_NS,
     STALE_NS,
@@ -67,7 +59,7 @@ class UserParams(NamedTuple):
     rate_drop: int  # M, ticks of a frame
     answer_tick: int  # which of them takes the answer
     tick_s: float
-    packing: PackingParams
+    packing: Deadband
     arrivals: Any
     port: Any
     limits: LimitsParams
@@ -123,26 +115,25 @@ def user_tick(
         s = receive(s, packets, now_ns, p)
     next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0
     port, limit, coupled = s.port, s.limits, s.coupled
+    silence_s, silent, unreceived = heard(arrivals.silence, now_ns)
     if tick >= next_answer:
         next_answer += p.rate_drop
         if known_server:
             least_s = max(p.limits.timeout_s, arrivals.silence.limit_ns / 1e9)
             limit = limit._replace(silence_s=least_s)
         arrivals, wave = answer_of(arrivals, s.frame_s, p.arrivals)
-        silent = is_silent(arrivals.silence, now_ns)
         port = port_answer(port, arrivals, s.newest, wave, silent, s.frame_s, p.port)
         coupled = coupled or limit.ready
     if tick > s.due:
-        arrivals = missed(arrivals, (tick - s.due) * p.tick_s)
+        arrivals = idle(arrivals, (tick - s.due) * p.tick_s)
     age = age_ns(sample, s.measured_ns, now_ns)
     known = age <= STALE_NS
     x, xd = (sample.x, sample.xd) if known else (s.x, zero(s.x))
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
-    silence = arrivals.silence
+    interrupted = unreceived or waits(arrivals)
     limit, f = limits(
-        limit, f_m, x, xd, silence_s(silence, now_ns), known_server, known,
-        interrupted(arrivals, now_ns), is_unreceived(silence, now_ns), p.limits,
-    )  # fmt: skip
+        limit, f_m, x, xd, silence_s, known_server, known, interrupted, unreceived, p.limits
+    )
     port = port_applied(port, f, p.port)
     s = s._replace(
         next_answer=next_answer, arrivals=arrivals, port=port, limits=limit, x=x,

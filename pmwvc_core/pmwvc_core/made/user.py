@@ -14,7 +14,7 @@ from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedLaw
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
 from pmwvc_core.law.channel.constants import TANK_J
-from pmwvc_core.law.channel.packet import LATENESSES, Packing, PackingParams, no_packet
+from pmwvc_core.law.channel.packet import LATENESSES, Deadband, Packing, no_packet
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
@@ -55,10 +55,10 @@ def end_law(record: Controller, values: Any, tick_s: float) -> Any:
     return PluggedLaw(device, record.avatar, values, record.energies, record.waves)
 
 
-def packing_params(deadband: DeadbandParams) -> PackingParams:
+def packing_params(deadband: DeadbandParams) -> Deadband:
     """Return the parameters of a sender."""
     ratio = deadband.ratio if deadband.is_on else -1.0
-    return PackingParams(float(ratio), deadband.longest_s * (1.0 + ROUNDING))
+    return Deadband(float(ratio), deadband.longest_s * (1.0 + ROUNDING))
 
 
 def limits_params(

@@ -24,7 +24,6 @@ from pmwvc_core.law.channel.packet import (
     Packet,
     Silence,
     counted,
-    is_unreceived,
     noted_packet,
 )
 from pmwvc_core.law.channel.playout import (
@@ -98,11 +97,11 @@ wave_of = Family("wave_of")  # (s, h, p) -> (s, wave of the next h seconds [sqrt
 answer_of = Family("answer_of", _plays_on)
 spare = Family("spare", _none_spared)  # (s, h, p) -> (s, energy that the other end lacks [J])
 anew = Family("anew", same)  # (s) -> s: the peer placed its position by the newest packet
-missed = Family("missed", same)  # (s, lasted_s) -> s: time went by without steps
+idle = Family("idle", same)  # (s, lasted_s) -> s: time went by without steps
 raised = Family("raised", _as_it_is)  # (s, n) -> s: waves move a port of n b
 # (s, p) -> what the other end is told: energy is short; nothing is at hand
 news = Family("news", _no_news)
-interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
+waits = Family("waits", never)  # (s) -> no wave is at hand any more: this end brakes
 
 
 @opened.member(StrictArrivals)
@@ -214,8 +213,8 @@ def _raised(s: StrictArrivals, n: float) -> StrictArrivals:
     return s._replace(playout=s.playout._replace(raised=n))
 
 
-@missed.member(StrictArrivals)
-def _missed_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
+@idle.member(StrictArrivals)
+def _idle_strict(s: StrictArrivals, lasted_s: float) -> StrictArrivals:
     return s._replace(playout=pass_by(s.playout, lasted_s))
 
 
@@ -224,6 +223,6 @@ def _news_strict(s: StrictArrivals, p: ArrivalsParams) -> tuple[bool, bool]:
     return is_short(s.playout, p.playout), s.playout.pace.silent_s > REPORTED_S
 
 
-@interrupted.member(StrictArrivals)
-def _interrupted_strict(s: StrictArrivals, now_ns: int) -> bool:
-    return is_unreceived(s.silence, now_ns) or pace_brakes(s.playout.pace)
+@waits.member(StrictArrivals)
+def _waits_strict(s: StrictArrivals) -> bool:
+    return pace_brakes(s.playout.pace)

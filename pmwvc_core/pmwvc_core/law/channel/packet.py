@@ -88,8 +88,8 @@ class Packing(NamedTuple):
     events: int = 0  # of the limits, as noted last
 
 
-class PackingParams(NamedTuple):
-    """The deadband: ratio of two waves that is not felt (none: below zero), longest time [s]."""
+class Deadband(NamedTuple):
+    """Ratio of two waves that is not felt (none: below zero), longest time [s]."""
 
     ratio: float
     longest_s: float
@@ -97,7 +97,7 @@ class PackingParams(NamedTuple):
 
 def pack(
     s: Packing, sent: Sent, period_s: float, now_ns: int, news: tuple[bool, bool], anew: bool,
-    leaves: bool, echo: int, events: int, p: PackingParams,
+    leaves: bool, echo: int, events: int, p: Deadband,
 ) -> tuple[Packing, Packet, bool]:  # fmt: skip
     """Add a sample; return its packet, and whether that is sent: anything new in it needs one."""
     short, waits = news
@@ -151,19 +151,14 @@ def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
     return s._replace(accepted_ns=now_ns, unreceived_ns=since_ns, number=number)
 
 
-def is_silent(s: Silence, now_ns: int) -> bool:
-    """Tell whether nothing came for too long (also before the first packet)."""
-    return s.accepted_ns == NEVER_NS or now_ns - s.accepted_ns > s.limit_ns
-
-
-def silence_s(s: Silence, now_ns: int) -> float:
-    """Return the time since the newest packet [s]; infinite before the first."""
-    return math.inf if s.accepted_ns == NEVER_NS else (now_ns - s.accepted_ns) * 1e-9
-
-
-def is_unreceived(s: Silence, now_ns: int) -> bool:
-    """Tell whether the other end has had nothing of this one for too long."""
-    return s.unreceived_ns != NEVER_NS and s.accepted_ns - s.unreceived_ns > s.limit_ns
+def heard(s: Silence, now_ns: int) -> tuple[float, bool, bool]:
+    """Return the time since the newest packet, infinite before the first [s]; whether that is too
+    long; and whether the other end has had nothing of this one for too long.
+    """
+    passed_s, silent, waited_ns = math.inf, True, s.accepted_ns - s.unreceived_ns
+    if s.accepted_ns != NEVER_NS:
+        passed_s, silent = (now_ns - s.accepted_ns) * 1e-9, now_ns - s.accepted_ns > s.limit_ns
+    return passed_s, silent, s.unreceived_ns != NEVER_NS and waited_ns > s.limit_ns
 
 
 class Counting(NamedTuple):
