@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.law.port.master import Sample
 from pmwvc_core.law.server_step import server_step
-from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.law.user_tick import Sample, begin, send, user_tick
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.simulation.bulk.run import prepared

@@ -29,10 +29,9 @@ from pmwvc_analysis.models.variation import (
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.law.channel.pace import Pace
 from pmwvc_core.law.channel.packet import Packet, no_packet
-from pmwvc_core.law.port.master import Sample
 from pmwvc_core.law.server.contacts import offset_of
 from pmwvc_core.law.server_step import server_step
-from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.law.user_tick import Sample, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, plus, scaled
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.scenario.scenario import Scenario

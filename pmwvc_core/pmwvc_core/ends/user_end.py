@@ -21,8 +21,8 @@ from typing import Any, TypeAlias
 from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value, vector
 from pmwvc_core.frame import AT_ONCE, DeviceSample, FrameReport, FrameSchedule, Row
-from pmwvc_core.law.port.master import NEVER_NS, Sample, port_energies, port_signals
-from pmwvc_core.law.user_tick import begin, send, user_tick
+from pmwvc_core.law.port.master import port_energies, port_signals
+from pmwvc_core.law.user_tick import NEVER_NS, Sample, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of

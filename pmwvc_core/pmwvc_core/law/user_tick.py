@@ -10,18 +10,16 @@
 
 Frames begin at the multiples of their length M, so that both ends keep their phases: where M
 changes, or ticks were skipped, a frame lasts to the next multiple. The caller sends and begins
-frames (``send``, ``begin``).
+frames (``send``, ``begin``). A sample that is too old is none: the loop has the position last seen
+and no velocity.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, idle, news, waits
 from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, heard, pack
 from pmwvc_core.law.port.master import (
-    LATE_NS,
-    STALE_NS,
-    Sample,
-    age_ns,
     port_answer,
     port_applied,
     port_measure,
@@ -31,6 +29,25 @@ from pmwvc_core.law.port.master import (
 from pmwvc_core.law.safety.brakes import brake_stored_j
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_restart
 from pmwvc_core.law.vectors import Vector, zero
+
+LATE_NS = 5_000_000  # a sample older than this is counted
+STALE_NS = 20_000_000  # one older than this is none: the device is silent
+NEVER_NS = -(1 << 62)
+
+
+class Sample(NamedTuple):
+    """What a device says at a tick."""
+
+    x: Vector  # [m]
+    xd: Vector  # [m/s]
+    valid: bool  # position and velocity can be trusted
+    measured_ns: int  # when; NEVER_NS where nothing new came since the last sample
+
+
+def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
+    """Return how old a sample is, or the newest before, of ``measured_ns``; infinite: none."""
+    old = now_ns - max(measured_ns, sample.measured_ns)
+    return float(old) if sample.valid and old >= 0 else math.inf
 
 
 class ForceLoop(NamedTuple):

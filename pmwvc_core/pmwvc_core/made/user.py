@@ -18,12 +18,11 @@ from pmwvc_core.law.channel.packet import LATENESSES, Deadband, Packing, no_pack
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
-from pmwvc_core.law.port.master import NEVER_NS
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness, loose_brake
 from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, LimitsParams
-from pmwvc_core.law.user_tick import ForceLoop, UserParams
+from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams

@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What every controller does at the master's end, in the order of a frame and of a tick; what it
-sees of the device; and the master's end of the plain wave channel.
+"""What every controller does at the master's end, in the order of a frame and of a tick; and the
+master's end of the plain wave channel.
 
 A member is chosen by the type of its state; ``p`` are the parameters of the port. What has come in
-(``arrivals``) belongs to the tick; the strict channel plays its waves out from there. A sample
-that is too old is none: the loop has the position last seen and no velocity.
+(``arrivals``) belongs to the tick; the strict channel plays its waves out from there.
 
 Every tick on the plain channel (App. B Fig. 1)::
 
@@ -52,25 +51,6 @@ port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the
 port_signals = Family("port_signals", _waves)  # (s) -> (u_m, u_m_lp, v_m)
 # (s, arrivals, p) -> energies since the start [J]: of u_m, sent, received, v_m, and the port's own
 port_energies = Family("port_energies")
-
-LATE_NS = 5_000_000  # a sample older than this is counted
-STALE_NS = 20_000_000  # one older than this is none: the device is silent
-NEVER_NS = -(1 << 62)
-
-
-class Sample(NamedTuple):
-    """What a device says at a tick."""
-
-    x: Vector  # [m]
-    xd: Vector  # [m/s]
-    valid: bool  # position and velocity can be trusted
-    measured_ns: int  # when; NEVER_NS where nothing new came since the last sample
-
-
-def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
-    """Return how old a sample is, or the newest before, of ``measured_ns``; infinite: none."""
-    old = now_ns - max(measured_ns, sample.measured_ns)
-    return float(old) if sample.valid and old >= 0 else math.inf
 
 
 def known_motion(x: Vector, xd: Vector, last: Vector) -> tuple[Vector, Vector]:

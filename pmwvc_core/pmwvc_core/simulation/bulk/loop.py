@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import opened
-from pmwvc_core.law.port.master import Sample, port_energies, port_signals
+from pmwvc_core.law.port.master import port_energies, port_signals
 from pmwvc_core.law.server.server_port import environment_energies, port_shown
 from pmwvc_core.law.server_step import Guest, Server, server_step
-from pmwvc_core.law.user_tick import ForceLoop, begin, receive, send, user_tick
+from pmwvc_core.law.user_tick import ForceLoop, Sample, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each, squared
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
