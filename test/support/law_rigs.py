@@ -21,7 +21,7 @@ from pmwvc_core.law.port.master import (
     port_signals,
     port_tick,
 )
-from pmwvc_core.law.position.feedback import position_packet
+from pmwvc_core.law.position.feedback import position_in
 from pmwvc_core.law.safety.brakes import loose_brake
 from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_restart
 from pmwvc_core.law.server.server_port import (
@@ -149,7 +149,7 @@ class Port:
     def settle(self):
         """Have position feedback settle the frame that ends, by the newest packet once more."""
         of = self.s.position, self._newest, True, self.p.port.position
-        self.s = self.s._replace(position=position_packet(*of))
+        self.s = self.s._replace(position=position_in(*of))
 
     def come(self, integral, energy_j, duration_s):
         """Take a segment of the strict channel in."""

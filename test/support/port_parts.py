@@ -8,8 +8,8 @@ import numpy as np
 
 from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.inbox import value, vector
-from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.port.port_filters import part_energies, part_in, part_up
+from pmwvc_core.law.family import Nothing, accounts
+from pmwvc_core.law.port.port_filters import part_in, part_up
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.law.wave.wave import along
 from pmwvc_core.params import BankParams, FilterParams, LocalModelParams, MasterParams
@@ -49,7 +49,7 @@ class Part:
     @property
     def energies(self):
         """Energies since the start [J] by name."""
-        return dict(zip(self._names, part_energies(self.s, self.p), strict=True))
+        return dict(zip(self._names, accounts(self.s, self.p), strict=True))
 
 
 def master(kind="complementary", *, impedance=25.0, matrix="", rate_drop=4, **local):

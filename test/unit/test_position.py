@@ -10,9 +10,9 @@ import pytest
 from support.law_rigs import Port
 from support.packer import Packer
 
-from pmwvc_core.law.family import NOTHING
-from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, part_energies, part_up
-from pmwvc_core.law.position.energy_tank import SPREAD_S
+from pmwvc_core.law.channel.constants import SPREAD_S
+from pmwvc_core.law.family import NOTHING, accounts
+from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, part_up
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import FLAG_ANEW
 
@@ -179,7 +179,7 @@ def _up(s, u, p, impedance):
     return s, (1.5 * u[0],)
 
 
-@part_energies.member(Amplifier)
+@accounts.member(Amplifier)
 def _energies(s, p):
     return ()
 

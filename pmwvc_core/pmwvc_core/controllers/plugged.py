@@ -20,6 +20,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
+from pmwvc_core.law.family import accounts
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.vectors import Vector, squared, zero
 from pmwvc_core.law.without_waves import ends
@@ -121,7 +122,7 @@ def _moved(p: PluggedLaw, kept: Kept, step: AvatarStep) -> tuple[Kept, AvatarAns
     return kept._replace(law=law), answer
 
 
-@ends.controller_energies.member(Plugged, Kept)
+@accounts.member(Plugged, Kept)
 def _energies(s: Any, p: PluggedLaw) -> Vector:
     return p.energies(s.law)
 

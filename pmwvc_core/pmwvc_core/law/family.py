@@ -62,4 +62,5 @@ class Family:
         return self.members[type(first)](first, *others)
 
 
+accounts = Family("accounts", no_accounts)  # (s, p) -> sums and levels of a part [J]
 opened = Family("opened", same)  # (s) -> s at its start, its lists made here: for compiled laws

@@ -18,9 +18,10 @@ repays 0.3 of the difference in the next step. Equations: docs/theory.md 5.1, 5.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated, compensation_energies
+from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated
 from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
 from pmwvc_core.law.black_box.touched import ahead, exchange, visited
+from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
 from pmwvc_core.law.server.contacts import Avatar
@@ -107,8 +108,8 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
         late_j += sums[i].late_j
         contained_j += sums[i].contained_j
         withheld_j += wave_j(waves[i].v, h) - wave_j(returned[i], h)
-    accounts = Accounts(environment_j, late_j, withheld_j, contained_j)
-    box = BoxState(x, xd, environment, compensation, users, way_m, stored_j, accounts)
+    energies = Accounts(environment_j, late_j, withheld_j, contained_j)
+    box = BoxState(x, xd, environment, compensation, users, way_m, stored_j, energies)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
     return SharedScene(ports, box, spent_j, s.unsettled)
 
@@ -182,7 +183,7 @@ def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
     stored: Vector = (
         0.0, max(s.body.stored_j, 0.0), e.environment_j, e.late_j, e.withheld_j, e.contained_j
     )  # fmt: skip
-    of_port = stored + compensation_energies(s.body.compensation, p.compensation)
+    of_port = stored + accounts(s.body.compensation, p.compensation)
     return of_port + (brakes_j(s.ports),)  # noqa: RUF005
 
 

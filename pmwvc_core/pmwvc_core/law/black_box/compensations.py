@@ -24,7 +24,7 @@ Equations: docs/theory.md 5.6, 5.7, 5.8.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family, no_accounts
+from pmwvc_core.law.family import Family, accounts
 from pmwvc_core.law.vectors import Vector, columns, each, scaled, squared
 from pmwvc_core.law.wave.wave import wave_j
 
@@ -81,7 +81,6 @@ def _untreated(s: Any, waves: Pairs, held_j: float, p: Terms) -> tuple[Any, Wave
 # (s, waves, held_j, p) -> (s, waves to send); ``held_j`` is what can still come out of
 # environment and decoding, below zero where the environment does not report it
 compensated = Family("compensated", _untreated)
-compensation_energies = Family("compensation_energies", no_accounts)  # (s, p) -> accounts [J]
 
 
 @compensated.member(AsPublished)
@@ -108,7 +107,7 @@ def _corrected(s: Corrected, waves: Pairs, held_j: float, p: Terms) -> tuple[Cor
     return Corrected(deficit_w - pay_w), each(_shortened, (waves,), ratio)
 
 
-@compensation_energies.member(Corrected)
+@accounts.member(Corrected)
 def _deficit(s: Corrected, p: Terms) -> Vector:
     return (p.period_s * s.deficit_w,)
 
@@ -129,6 +128,6 @@ def _ledger(s: JointLedger, waves: Pairs, held_j: float, p: Terms) -> tuple[Join
     return s, each(_shortened, (waves,), ratio)
 
 
-@compensation_energies.member(JointLedger)
+@accounts.member(JointLedger)
 def _tank(s: JointLedger, p: Terms) -> Vector:
     return (s.tank_j, s.granted_j, s.capped_j)

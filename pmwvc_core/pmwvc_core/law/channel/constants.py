@@ -13,6 +13,7 @@ CORRECTED = 0.3  # most by which the playout runs faster or slower: it does not 
 SETTLE_S = 0.1  # after an outage: hands and avatars come to rest before anything is caught up
 SLOWLY_S = 0.7  # undelivered displacement is repaid at the slowest, where energy permits
 LONGEST_S = 0.3  # in store: more waves than that are of a time that nobody feels any more
+SPREAD_S = 0.1  # what a correction of the position may spend: in one tick it would be a force step
 FEW = 5e-4  # [sqrt(W) s] undelivered (0.1 mm): nobody is asked for energy
 TANK_J = 2.5e-3  # lent or filled by the hand, never spent on repayment: a wave of 1.6 N for 0.1 s
 MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use there

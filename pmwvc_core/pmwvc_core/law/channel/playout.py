@@ -203,7 +203,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     return s, wave
 
 
-def with_steps(s: Playout, steps: int) -> Playout:
+def ramped(s: Playout, steps: int) -> Playout:
     """Take the mean of so many steps; what is due thereby is given out within ``MEND_S``."""
     if steps == len(s.ramp.asked):
         return s

@@ -30,7 +30,7 @@ Equations: docs/theory.md 1.6, 8.1, 8.2, 8.3, 8.4.
 from operator import mul
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family
+from pmwvc_core.law.family import Family, accounts
 from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared, zero
 from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
@@ -181,7 +181,7 @@ def _bank_up(s: Bank, u: Vector, p: BankFilters, b: Any) -> tuple[Bank, Vector]:
     return Bank(low_up, s.low_down, high_up, high_down, local, energies), low
 
 
-@port_filters.part_energies.member(Bank)
+@accounts.member(Bank)
 def _bank_energies(s: Bank, p: BankFilters) -> Vector:
     of_local = local_stored_j(s.local, p.local), s.local.dissipated_j
     return s.energies + of_local

@@ -22,15 +22,9 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.family import Family, opened
-from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up, wave_shortened
-from pmwvc_core.law.position.feedback import (
-    position_down,
-    position_energies,
-    position_packet,
-    position_send,
-    position_up,
-)
+from pmwvc_core.law.family import Family, accounts, opened
+from pmwvc_core.law.port.port_filters import answered, filters_up, wave_shortened
+from pmwvc_core.law.position.feedback import position_down, position_in, position_send, position_up
 from pmwvc_core.law.vectors import Vector, dot, each, minus, zero
 from pmwvc_core.law.wave.filter_and_hold import Hold, filter_sample, filter_step, hold, load
 from pmwvc_core.law.wave.wave import wave_force, wave_j, wave_u
@@ -118,7 +112,7 @@ def _answer(
     """Take the newest wave; it stands for the frame that begins. A silence is a wave of zero."""
     wave, position = zero(wave) if silent else wave, s.position
     if packet.number > 0:
-        position = position_packet(position, packet, not silent, p.position)
+        position = position_in(position, packet, not silent, p.position)
     v_rx_j = s.v_rx_j + wave_j(wave, p.frame_s)
     return s._replace(hold=load(s.hold, wave), position=position, v_rx_j=v_rx_j)
 
@@ -160,7 +154,7 @@ def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
 @port_energies.member(PlainMaster)
 def _energies(s: PlainMaster, arrivals: Any, p: PlainMasterParams) -> Vector:
     own = s.u_m_j, s.u_tx_j, s.v_rx_j, s.v_m_j
-    return own + filters_energies(s.filters, p.filters) + position_energies(s.position)
+    return own + accounts(s.filters, p.filters) + accounts(s.position, p.position)
 
 
 @opened.member(PlainMaster)

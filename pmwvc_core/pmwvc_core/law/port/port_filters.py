@@ -31,7 +31,7 @@ import math
 from operator import add
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family, no_accounts, passed
+from pmwvc_core.law.family import Family, accounts, passed
 from pmwvc_core.law.vectors import Vector, columns, dot, each, filled, minus, plus, scaled, squared
 from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
 from pmwvc_core.law.wave.wave import along, damper, wave_u
@@ -75,13 +75,11 @@ answered = Family("answered", _bare)
 # (s, u_m, v_m, missing, b) -> (u_m, v_m, deficit): the longest wave that is paid for with
 # so much more than twice its own power [W], and what is not paid for then
 wave_shortened = Family("wave_shortened", _wave_shortened)
-filters_energies = Family("filters_energies", no_accounts)  # (s, p) -> those of its parts [J]
 filters_up = Family("filters_up", passed)  # (s, u, p) -> (s, what of the outgoing wave goes on)
 # (s, v, x, p, b) -> (s, w, v0, gains): what it lets through of the wave, and its answer
 # v0 + g u to the one of the tick
 part_in = Family("part_in", _no_answer)
 part_up = Family("part_up", passed)  # (s, u, p, b) -> (s, what of the outgoing wave goes on)
-part_energies = Family("part_energies", no_accounts)  # (s, p) -> sums and levels [J]
 part_velocity = Family("part_velocity", passed)  # (s, xd, p, b) -> (s, velocity for the force)
 
 
@@ -131,9 +129,9 @@ def _filtered_up(s: Filtered, u: Vector, p: FilteredParams) -> tuple[Filtered, V
     return s._replace(near=near, far=far), u
 
 
-@filters_energies.member(Filtered)
+@accounts.member(Filtered)
 def _filtered_energies(s: Filtered, p: FilteredParams) -> Vector:
-    return part_energies(s.near, p.near) + part_energies(s.far, p.far)
+    return accounts(s.near, p.near) + accounts(s.far, p.far)
 
 
 class InWaves(NamedTuple):
@@ -190,6 +188,6 @@ def _in_force(s: InForce, xd: Vector, p: VelocityParams, b: Any) -> tuple[InForc
     return InForce(high, kept_j), minus(xd, less)
 
 
-@part_energies.member(InWaves, InForce)
+@accounts.member(InWaves, InForce)
 def _velocity_energies(s: Any, p: VelocityParams) -> Vector:
     return (s.kept_j,)

@@ -32,26 +32,13 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, spared
 from pmwvc_core.law.channel.constants import MEND_S
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.playout import (
-    PlayoutParams,
-    free_j,
-    play,
-    take_back,
-    waiting,
-    with_steps,
-)
-from pmwvc_core.law.family import opened
+from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, ramped, take_back, waiting
+from pmwvc_core.law.family import accounts, opened
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
 from pmwvc_core.law.port.master import known_motion, opened_port
-from pmwvc_core.law.port.port_filters import answered, filters_energies, filters_up
-from pmwvc_core.law.position.feedback import (
-    position_down,
-    position_energies,
-    position_packet,
-    position_send,
-    position_up,
-)
+from pmwvc_core.law.port.port_filters import answered, filters_up
+from pmwvc_core.law.position.feedback import position_down, position_in, position_send, position_up
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, plus, scaled, zero
 from pmwvc_core.law.wave.following import ratio_of
 from pmwvc_core.law.wave.wave import damper, wave_force, wave_j, wave_u
@@ -181,7 +168,7 @@ def _answer(
     if packet.number == 0:
         return s
     unpaid = 0.0 if s.wanted and not packet.short else s.unpaid
-    position = position_packet(s.position, packet, not silent, p.position)
+    position = position_in(s.position, packet, not silent, p.position)
     short, target = is_short(a.playout, p.playout), ratio_of(packet.level, p.most)
     return s._replace(
         position=position, unpaid=unpaid, wanted=packet.short, short=short, target=target,
@@ -197,7 +184,7 @@ def _tick(
     node_j, b, x, xd = s.node_j, p.impedance, s.x, s.xd
     steps = max(round(a.counting.least_s / p.tick_s), 1)
     raised = s.raised + (s.target - s.raised) / steps
-    playout = with_steps(a.playout, steps)._replace(raised=raised)
+    playout = ramped(a.playout, steps)._replace(raised=raised)
     playout, v = play(playout, p.tick_s, p.playout)
     if node_j < 0.0:
         # What is free in the playout goes to the node; where it still owes too much, v waits.
@@ -239,7 +226,7 @@ def _energies(s: StrictMaster, a: StrictArrivals, p: StrictMasterParams) -> Vect
         s.u_m_j, s.u_tx_j, m.received_j, s.v_m_j, s.node_j, m.given_j, m.released_j,
         free_j(a.playout), m.discarded_j,
     )  # fmt: skip
-    return own + filters_energies(s.filters, p.filters) + position_energies(s.position)
+    return own + accounts(s.filters, p.filters) + accounts(s.position, p.position)
 
 
 opened.member(StrictMaster)(opened_port)

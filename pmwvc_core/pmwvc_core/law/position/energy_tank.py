@@ -27,12 +27,12 @@ Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 import math
 from typing import NamedTuple
 
+from pmwvc_core.law.channel.constants import SPREAD_S
 from pmwvc_core.law.channel.packet import Packet
+from pmwvc_core.law.family import accounts
 from pmwvc_core.law.position.error import FeedbackParams
 from pmwvc_core.law.vectors import Vector, dot, minus, scaled
 from pmwvc_core.law.wave.wave import affordable, wave_j
-
-SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be a force step
 
 
 class Tank(NamedTuple):
@@ -73,6 +73,11 @@ def tank_free_j(s: Tank) -> float:
     """Return the energy that may be spent now [J]."""
     by_work = s.saved_j + s.discarded_j + (s.work_j - _channel_j(s))
     return max(min(s.saved_j + _lacking_j(s), by_work), 0.0)
+
+
+@accounts.member(Tank)
+def _energies(s: Tank, p: FeedbackParams) -> Vector:
+    return s.spent_j, tank_free_j(s), s.discarded_j, s.deficit_j
 
 
 def _saved(s: Tank, energy_j: float, most_j: float) -> Tank:

@@ -20,18 +20,10 @@ of the loan, so that slow presses return what they took. Equations: docs/theory.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.constants import MEND_S
+from pmwvc_core.law.channel.constants import MEND_S, SPREAD_S
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.family import Family, no_accounts, opened, passed, same
-from pmwvc_core.law.position.energy_tank import (
-    SPREAD_S,
-    Tank,
-    tank_down,
-    tank_free_j,
-    tank_packet,
-    tank_send,
-    tank_up,
-)
+from pmwvc_core.law.family import Family, accounts, opened, passed, same
+from pmwvc_core.law.position.energy_tank import Tank, tank_down, tank_packet, tank_send, tank_up
 from pmwvc_core.law.position.error import (
     FeedbackParams,
     PositionError,
@@ -52,13 +44,12 @@ FULL, LEAST = 0.75, 0.25  # shares of the loan: the gain itself is used above, M
 FORCE_N = 0.05  # at the avatar: the whole error counts; below it the square of the ratio of it
 
 # (s, packet, there, p) -> s: the newest, with the avatar's position; whether the server is there
-position_packet = Family("position_packet", same)
+position_in = Family("position_in", same)
 # (s, v, x, free_j, waiting, p) -> (s, v): free_j of the node, and the integral that the playout
 # holds [sqrt(W) s], on the strict channel
 position_down = Family("position_down", passed)
 position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of a tick that goes on
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
-position_energies = Family("position_energies", no_accounts)  # (s) -> sums and levels [J]
 
 
 class Published(NamedTuple):
@@ -82,12 +73,12 @@ def _error(
     return error_tick(s, x, s.x, v, plus(s.wave, scaled(s.v, p.hold_s)), p)
 
 
-@position_packet.member(Published)
+@position_in.member(Published)
 def _published_packet(s: Published, packet: Packet, there: bool, p: FeedbackParams) -> Published:
     return s._replace(error=error_packet(s.error, packet, there, p))
 
 
-@position_packet.member(Budgeted)
+@position_in.member(Budgeted)
 def _budgeted_packet(s: Budgeted, packet: Packet, there: bool, p: FeedbackParams) -> Budgeted:
     return Budgeted(error_packet(s.error, packet, there, p), tank_packet(s.tank, packet, p))
 
@@ -126,10 +117,9 @@ def _budgeted_send(
     return Budgeted(error_sent(s.error, wave, sent, number, frame_s), tank), sent
 
 
-@position_energies.member(Budgeted)
-def _budgeted_energies(s: Budgeted) -> Vector:
-    tank = s.tank
-    return tank.spent_j, tank_free_j(tank), tank.discarded_j, tank.deficit_j
+@accounts.member(Budgeted)
+def _budgeted_energies(s: Budgeted, p: FeedbackParams) -> Vector:
+    return accounts(s.tank, p)
 
 
 class OnStrict(NamedTuple):
@@ -144,7 +134,7 @@ class OnStrict(NamedTuple):
     spent_j: float  # what it took so far, less what it brought
 
 
-@position_packet.member(OnStrict)
+@position_in.member(OnStrict)
 def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: FeedbackParams) -> OnStrict:
     error, x, share, left_s = error_packet(s.error, packet, there, p), s.x, s.share, s.left_s
     if not is_news(s.error, packet):
@@ -194,8 +184,8 @@ def _wave_sent(
     return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
 
 
-@position_energies.member(Published, OnStrict)
-def _spent(s: Any) -> Vector:
+@accounts.member(Published, OnStrict)
+def _spent(s: Any, p: FeedbackParams) -> Vector:
     return (s.spent_j,)
 
 

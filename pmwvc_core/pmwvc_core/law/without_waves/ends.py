@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import PlainArrivals
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.family import Family, no_accounts, same
+from pmwvc_core.law.family import Family, accounts, same
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
@@ -88,8 +88,6 @@ device_answer = Family("device_answer")  # (law, end, came, p) -> law: once a fr
 device_force = Family("device_force")  # (law, end, p) -> (law, force wanted [N])
 # (law, given_j, taken_j, p) -> given, sent, received, taken [J]; p of the controller
 device_passed_j = Family("device_passed_j", _passed_j)
-# (state at either end, p of the controller) -> accounts [J]
-controller_energies = Family("controller_energies", no_accounts)
 
 
 @master.port_measure.member(DeviceEnd)
@@ -140,7 +138,7 @@ def _signals(s: DeviceEnd) -> tuple[Vector, Vector, Vector]:
 @master.port_energies.member(DeviceEnd)
 def _energies(s: DeviceEnd, arrivals: Any, p: DeviceEndParams) -> Vector:
     passed: Vector = device_passed_j(s.law, s.given_j, s.taken_j, p.law)
-    return passed + controller_energies(s.law, p.law)
+    return passed + accounts(s.law, p.law)
 
 
 class AvatarEndParams(NamedTuple):
@@ -235,11 +233,11 @@ def _moved(
 
 @environment_energies.member(AvatarEndParams)
 def _environment_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
-    accounts = controller_energies(s.ports[0].brake, p.laws[0])
+    kept = accounts(s.ports[0].brake, p.laws[0])
     for i in range(1, len(s.ports)):
-        accounts = each(add, (accounts, controller_energies(s.ports[i].brake, p.laws[i])))
+        kept = each(add, (kept, accounts(s.ports[i].brake, p.laws[i])))
     stored: Vector = (kinetic_j(s.body, p.body), potential_j(s))
-    return stored + accounts
+    return stored + kept
 
 
 @port_shown.member(AvatarEndParams)

@@ -23,6 +23,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Sent
+from pmwvc_core.law.family import accounts
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
@@ -130,12 +131,12 @@ def _force(s: PspmDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[PspmDevic
     return s, plus(scaled(end.xd, p.law.damping), pull) if s.coupled else zero(end.x)
 
 
-@ends.controller_energies.member(ModulatedSpring)
+@accounts.member(ModulatedSpring)
 def _of_spring(s: ModulatedSpring, p: Pspm) -> Vector:
     return (s.tank_j, s.spring_j)
 
 
-@ends.controller_energies.member(PspmDevice)
+@accounts.member(PspmDevice)
 def _of_device(s: PspmDevice, p: Pspm) -> Vector:
     return _of_spring(s.spring, p)
 

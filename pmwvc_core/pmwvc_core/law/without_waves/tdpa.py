@@ -22,6 +22,7 @@ observer (after Coelho et al. 2019).
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.packet import Sent
+from pmwvc_core.law.family import accounts
 from pmwvc_core.law.server.contacts import contact_force, contact_heat, offset_of, slid
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
@@ -122,12 +123,12 @@ def _force(s: TdpaDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[TdpaDevic
     return s._replace(damping=damping), f
 
 
-@ends.controller_energies.member(Observer)
+@accounts.member(Observer)
 def _of_observer(s: Observer, p: Tdpa) -> Vector:
     return (s.dissipated_j, s.allowance_j)
 
 
-@ends.controller_energies.member(TdpaDevice)
+@accounts.member(TdpaDevice)
 def _of_device(s: TdpaDevice, p: Tdpa) -> Vector:
     return _of_observer(s.observer, p)
 
