@@ -14,8 +14,8 @@ from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.port.master import (
     port_answer,
-    port_applied,
     port_measure,
+    port_passed,
     port_send,
     port_tick,
 )
@@ -109,7 +109,7 @@ def frame(s, arrivals, packet, x, xd, silent, p, rules):
     s, _, sent = port_send(s, arrivals, H, packet.number, 0.0, p)
     s = port_answer(s, arrivals, packet, packet.wave, silent, H, p)
     s, _, f = port_tick(s, arrivals, x, xd, p)
-    return port_applied(s, f, p), arrivals, sent, f
+    return port_passed(s, f, p), arrivals, sent, f
 
 
 @pytest.mark.parametrize("controller", WITHOUT_WAVES)

@@ -14,9 +14,9 @@ from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (
     port_answer,
-    port_applied,
     port_energies,
     port_measure,
+    port_passed,
     port_send,
     port_signals,
     port_tick,
@@ -129,7 +129,7 @@ class Port:
         return value(f)
 
     def applied(self, f):
-        self.s = port_applied(self.s, vector(f, self.axes), self.p.port)
+        self.s = port_passed(self.s, vector(f, self.axes), self.p.port)
 
     def tick(self, xd, x=0.0):
         f = self.step(x, xd)

@@ -19,13 +19,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, idle, news, waits
 from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, heard, pack
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_applied,
-    port_measure,
-    port_send,
-    port_tick,
-)
+from pmwvc_core.law.port.master import port_answer, port_measure, port_passed, port_send, port_tick
 from pmwvc_core.law.safety.brakes import brake_stored_j
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_restart
 from pmwvc_core.law.vectors import Vector, zero
@@ -151,7 +145,7 @@ def user_tick(
     limit, f = limits(
         limit, f_m, x, xd, silence_s, known_server, known, interrupted, unreceived, p.limits
     )
-    port = port_applied(port, f, p.port)
+    port = port_passed(port, f, p.port)
     s = s._replace(
         next_answer=next_answer, arrivals=arrivals, port=port, limits=limit, x=x,
         measured_ns=max(s.measured_ns, sample.measured_ns), late=s.late + (age > LATE_NS),

@@ -41,7 +41,7 @@ port_send = Family("port_send")
 # first, and its wave, or a silence; once a frame
 port_answer = Family("port_answer")
 port_tick = Family("port_tick")  # (s, arrivals, x, xd, p) -> (s, arrivals, force wanted [N])
-port_applied = Family("port_applied")  # (s, f, p) -> s: with the force that the limits let through
+port_passed = Family("port_passed")  # (s, f, p) -> s: with the force that the limits let through
 port_signals = Family("port_signals", _waves)  # (s) -> (u_m, u_m_lp, v_m)
 # (s, arrivals, p) -> energies since the start [J]: of u_m, sent, received, v_m, and the port's own
 port_energies = Family("port_energies")
@@ -132,7 +132,7 @@ def _tick(
     return s, arrivals, f_m
 
 
-@port_applied.member(PlainMaster)
+@port_passed.member(PlainMaster)
 def _applied(s: PlainMaster, f: Vector, p: PlainMasterParams) -> PlainMaster:
     """Pay for the force that was applied [N], then let the wave pass on to the filter."""
     half_s, deficit_j, (u_m, _, v_m) = 0.5 * p.tick_s, s.deficit_j, s.waves

@@ -211,7 +211,7 @@ def _tick(
     return s, a._replace(playout=playout), f_m
 
 
-@master.port_applied.member(StrictMaster)
+@master.port_passed.member(StrictMaster)
 def _applied(s: StrictMaster, f: Vector, p: StrictMasterParams) -> StrictMaster:
     """Note the force that was let through [N]; what it cost is known when the tick is over."""
     u_m, _, v_m = s.waves

@@ -122,7 +122,7 @@ def _tick(
     return s._replace(law=law), arrivals, f
 
 
-@master.port_applied.member(DeviceEnd)
+@master.port_passed.member(DeviceEnd)
 def _applied(s: DeviceEnd, f: Vector, p: DeviceEndParams) -> DeviceEnd:
     energy_j = p.tick_s * dot(f, s.xd)
     given_j, taken_j = s.given_j + max(energy_j, 0.0), s.taken_j + max(-energy_j, 0.0)
