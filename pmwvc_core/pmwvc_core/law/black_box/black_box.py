@@ -24,19 +24,9 @@ from pmwvc_core.law.black_box.touched import ahead, exchange, visited
 from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
+from pmwvc_core.law.server import server_port
 from pmwvc_core.law.server.contacts import Avatar
-from pmwvc_core.law.server.server_port import (
-    Came,
-    PortShown,
-    SharedScene,
-    UserPort,
-    avatar_of,
-    brakes_j,
-    environment_energies,
-    environment_step,
-    port_shown,
-    taken_port,
-)
+from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, brakes_j, taken_port
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_j, wave_v, wave_velocity
 
@@ -79,13 +69,12 @@ class BlackBoxParams(NamedTuple):
     identity: Rows  # of the axes
 
 
-@environment_step.member(BlackBoxParams)
+@server_port.environment_step.member(BlackBoxParams)
 def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     box, h = s.body, p.body.period_s
-    ports, ratios = columns(each(taken_port, (s.ports, came), p))
+    ports, avatars, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
-    avatars = each(avatar_of, (ports,))
     starts = each(_start, (ports,), p.old_s)
     users, velocities = columns(each(guess, (users, ports, starts), p))
     environment, reply = exchange(environment, avatars, starts, velocities, p)
@@ -177,7 +166,7 @@ def _give(
     return s._replace(there=True, x=port.x_s, f=a.f), port
 
 
-@environment_energies.member(BlackBoxParams)
+@server_port.environment_energies.member(BlackBoxParams)
 def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
     e = s.body.accounts
     stored: Vector = (
@@ -187,8 +176,10 @@ def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
     return of_port + (brakes_j(s.ports),)  # noqa: RUF005
 
 
-@port_shown.member(BlackBoxParams)
-def _shown(p: BlackBoxParams, s: SharedScene, user: int) -> PortShown:
+@server_port.port_shown.member(BlackBoxParams)
+def _shown(p: BlackBoxParams, s: SharedScene, user: int) -> server_port.PortShown:
     port = s.ports[user]
     touches = port.avatar.present and port.avatar.f != zero(port.avatar.f)
-    return PortShown(port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0)
+    return server_port.PortShown(
+        port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0
+    )

@@ -127,29 +127,25 @@ def port_raised(s: UserPort, ratio: float) -> UserPort:
 
 @environment_step.member(EnvironmentParams)
 def _step(p: EnvironmentParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
-    taken, ratios = columns(each(taken_port, (s.ports, came), p))
-    avatars, body, lost_j, settled = couple(p.coupling, each(avatar_of, (taken,)), s.body, p.body)
+    taken, avatars, ratios = columns(each(taken_port, (s.ports, came), p))
+    avatars, body, lost_j, settled = couple(p.coupling, avatars, s.body, p.body)
     ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
     unsettled = s.unsettled if settled else s.unsettled + 1
     return SharedScene(ports, body, s.dissipated_j + total(lost_j, dropped), unsettled)
 
 
-def avatar_of(s: UserPort) -> Avatar:
-    """Return the avatar of a port."""
-    return s.avatar
-
-
-def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, float]:
-    """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
+def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, Avatar, float]:
+    """Take the wave of a step; return also avatar and ratio of its brake. Until ``_give`` a braked port is the one behind the brake."""
     a, brake, ratio = s.avatar, s.brake, 1.0
     if not a.present:
-        return s, ratio
+        return s, a, ratio
     impedance, u = a.impedance, came.wave
     if p.brakes:
         brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
         if ratio > 1.0:
             impedance, u = braked(impedance, u, ratio)
-    return s._replace(avatar=a._replace(impedance=impedance, u=u), brake=brake), ratio
+    a = a._replace(impedance=impedance, u=u)
+    return s._replace(avatar=a, brake=brake), a, ratio
 
 
 def _give(

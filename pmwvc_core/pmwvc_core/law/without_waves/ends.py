@@ -21,6 +21,7 @@ from pmwvc_core.law.family import Family, accounts, same
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.master import known_motion
+from pmwvc_core.law.server import server_port
 from pmwvc_core.law.server.contacts import (
     Avatar,
     Contact,
@@ -30,18 +31,7 @@ from pmwvc_core.law.server.contacts import (
     slid,
 )
 from pmwvc_core.law.server.coupling import object_pushed, pulled
-from pmwvc_core.law.server.server_port import (
-    Came,
-    PortShown,
-    SharedScene,
-    UserPort,
-    avatar_of,
-    environment_energies,
-    environment_step,
-    in_touch,
-    port_shown,
-    potential_j,
-)
+from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, in_touch, potential_j
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, total, zero
 
 
@@ -206,12 +196,16 @@ def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
     return Moved(x_s, velocity, contact_force(contact, rate), contact, lost_j)
 
 
-@environment_step.member(AvatarEndParams)
+@server_port.environment_step.member(AvatarEndParams)
 def _step(p: AvatarEndParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
-    avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
+    avatars, body, lost_j = object_pushed(each(_avatar, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_moved, rows, body, p.body.period_s))
     return SharedScene(ports, body, s.dissipated_j + total(lost_j, lost), s.unsettled)
+
+
+def _avatar(s: UserPort) -> Avatar:
+    return s.avatar
 
 
 def _moved(
@@ -231,7 +225,7 @@ def _moved(
     return UserPort(avatar, kept, s.offset, x_s, answer.wave, u_j, v_j, sent_j, extra, 1.0), lost_j
 
 
-@environment_energies.member(AvatarEndParams)
+@server_port.environment_energies.member(AvatarEndParams)
 def _environment_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
     kept = accounts(s.ports[0].brake, p.laws[0])
     for i in range(1, len(s.ports)):
@@ -240,7 +234,7 @@ def _environment_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
     return stored + kept
 
 
-@port_shown.member(AvatarEndParams)
-def _shown(p: AvatarEndParams, s: SharedScene, user: int) -> PortShown:
+@server_port.port_shown.member(AvatarEndParams)
+def _shown(p: AvatarEndParams, s: SharedScene, user: int) -> server_port.PortShown:
     port = s.ports[user]
-    return PortShown(zero(port.v_s), in_touch(port), 0.0)
+    return server_port.PortShown(zero(port.v_s), in_touch(port), 0.0)
