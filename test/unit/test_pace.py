@@ -105,13 +105,13 @@ def test_a_burst_after_an_outage_makes_no_lag(monkeypatch):
 
 
 def test_the_other_end_is_told_before_this_one_brakes_and_a_late_packet_does_neither():
-    clock = pace.pace_arrive(pace.RESTING_PACE, PACKET_S)
+    clock = pace.pace_arrive(pace.Pace(), PACKET_S)
     told = braked = None
     for tick in range(200):
         clock, _, _ = pace.pace_step(clock, TICK_S)
         told = told or (clock.silent_s > REPORTED_S and tick)
-        braked = braked or (pace.pace_brakes(clock) and tick)
+        braked = braked or (clock.silent_s > OUTAGE_S and tick)
     assert told < braked
     assert braked * TICK_S == pytest.approx(PACKET_S + OUTAGE_S, abs=2 * TICK_S)
     clock = pace.pace_arrive(clock, PACKET_S)
-    assert clock.silent_s <= REPORTED_S and not pace.pace_brakes(clock)
+    assert clock.silent_s <= REPORTED_S and not clock.silent_s > OUTAGE_S

@@ -15,19 +15,9 @@ passes on what it can spare. Equations: docs/theory.md 17.19.
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.constants import FEW, REPORTED_S, SETTLE_S
-from pmwvc_core.law.channel.pace import pace_brakes
-from pmwvc_core.law.channel.packet import (
-    LATENESSES,
-    SMOOTHED,
-    Counting,
-    Packet,
-    Silence,
-    counted,
-    noted_packet,
-)
+from pmwvc_core.law.channel.constants import FEW, OUTAGE_S, REPORTED_S, SETTLE_S
+from pmwvc_core.law.channel.packet import Counting, Packet, Silence, counted, noted_packet, usual
 from pmwvc_core.law.channel.playout import (
-    Energies,
     Playout,
     PlayoutParams,
     add,
@@ -117,7 +107,7 @@ def start_of(
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
     silence, counting = Silence(limit_ns, period_s), Counting(nothing, period_s, period_s)
     if strict:
-        playout = resting_playout(nothing, Energies())
+        playout = resting_playout(nothing)
         return StrictArrivals(silence, playout, counting, nothing, False, 0.0)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
@@ -136,17 +126,10 @@ def _segment(s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) 
     passed_s = (now_ns - s.silence.accepted_ns) * 1e-9
     counting, goes_on, moved, paid_j, lasted_s = counted(s.counting, packet, passed_s, p.longest)
     silence = noted_packet(s.silence, packet.number, now_ns, packet.waits)
-    playout = s.playout
     if goes_on:
-        lateness_s, interval_s = silence.lateness_s, silence.interval_s
-        lateness_s += SMOOTHED * (abs(passed_s - lasted_s) - lateness_s)
-        interval_s += SMOOTHED * (packet.period_s - interval_s)
-        interval_s = max(interval_s, packet.period_s)
-        limit_ns = round(max(p.timeout_s, 3.0 * interval_s + LATENESSES * lateness_s) * 1e9)
-        silence = silence._replace(limit_ns=limit_ns, interval_s=interval_s, lateness_s=lateness_s)
-    else:
-        playout = begin(playout)
-    playout = add(playout, moved, paid_j, lasted_s)
+        late_s = abs(passed_s - lasted_s)
+        silence = usual(silence, packet.period_s, late_s, p.timeout_s)
+    playout = add(s.playout if goes_on else begin(s.playout), moved, paid_j, lasted_s)
     received_j = s.received_j + paid_j
     return StrictArrivals(silence, playout, counting, packet.position, packet.short, received_j)
 
@@ -225,4 +208,4 @@ def _news_strict(s: StrictArrivals, p: ArrivalsParams) -> tuple[bool, bool]:
 
 @waits.member(StrictArrivals)
 def _waits_strict(s: StrictArrivals) -> bool:
-    return pace_brakes(s.playout.pace)
+    return s.playout.pace.silent_s > OUTAGE_S

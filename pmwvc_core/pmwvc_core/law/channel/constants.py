@@ -20,5 +20,6 @@ MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use 
 RATIO = 1.3  # of the force before the outage: the brakes yield to a firmer push
 STALL_S = 0.0125  # stiffness b/STALL_S of the hand's brake: loops may stall for twice that
 
+ROUNDING_S = 1e-12  # of times
 OUTAGE_S = HOLD_S + 0.5 * FADE_S  # without waves: this end brakes
 REPORTED_S = HOLD_S - 0.5 * FADE_S  # the other end is told, and brakes as late

@@ -22,7 +22,7 @@ smoothest wave takes, |dU|^2/(2 dt), at most what it brought. The first knot is 
 the first segment, at zero. Lists of knots are never changed. Equations: docs/theory.md 17.18.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from pmwvc_core.law.channel.constants import (
     CORRECTED,
@@ -32,31 +32,22 @@ from pmwvc_core.law.channel.constants import (
     LONGEST_S,
     MEND_S,
     OUTAGE_S,
+    ROUNDING_S,
     SETTLE_S,
 )
 from pmwvc_core.law.vectors import Vector, between, minus
 
-ROUNDING_S = 1e-12  # of times
-
 
 class Pace(NamedTuple):
-    """The clock [s]."""
+    """The clock [s], at first before any segment."""
 
-    store_s: float  # time in store; below zero: concealed
-    silent_s: float  # without a segment since there was none in store any more
-    shift_s: float  # by which the lag is still to become shorter; below zero longer
-    ratio: float  # of the sender's time that is played
-    burst_s: float  # for which what comes says nothing of lateness
-    segment_s: float  # length of the newest segment
-    first: bool  # none has come since the last step
-
-
-RESTING_PACE = Pace(0.0, 0.0, 0.0, 1.0, SETTLE_S, 0.0, True)
-
-
-def pace_brakes(s: Pace) -> bool:
-    """Tell whether the wave has been predicted for so long that this end brakes."""
-    return s.silent_s > OUTAGE_S
+    store_s: float = 0.0  # time in store; below zero: concealed
+    silent_s: float = 0.0  # without a segment since there was none in store any more
+    shift_s: float = 0.0  # by which the lag is still to become shorter; below zero longer
+    ratio: float = 1.0  # of the sender's time that is played
+    burst_s: float = SETTLE_S  # for which what comes says nothing of lateness
+    segment_s: float = 0.0  # length of the newest segment
+    first: bool = True  # none has come since the last step
 
 
 def pace_arrive(s: Pace, lasted_s: float) -> Pace:
@@ -101,16 +92,13 @@ class Knot(NamedTuple):
     reserve_j: float
 
 
-Knots: TypeAlias = list[Knot]
-
-
-def forgotten(knots: Knots, count: int) -> Knots:
+def forgotten(knots: list[Knot], count: int) -> list[Knot]:
     """Return the knots without the first segments; the rest begins at zero."""
     e, u, j = knots[count]
     return [Knot(k.end_s - e, minus(k.integral, u), k.reserve_j - j) for k in knots[count:]]
 
 
-def played_to(knots: Knots, store_s: float) -> tuple[Vector, float]:
+def played_to(knots: list[Knot], store_s: float) -> tuple[Vector, float]:
     """Return integral and reserve up to where so much is left in store [s], even in a segment."""
     time_s, i = knots[len(knots) - 1].end_s - max(store_s, 0.0), 1
     while i < len(knots) - 1 and knots[i].end_s <= time_s:

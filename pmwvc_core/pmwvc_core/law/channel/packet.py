@@ -151,6 +151,14 @@ def noted_packet(s: Silence, number: int, now_ns: int, waits: bool) -> Silence:
     return s._replace(accepted_ns=now_ns, unreceived_ns=since_ns, number=number)
 
 
+def usual(s: Silence, period_s: float, late_s: float, timeout_s: float) -> Silence:
+    """Note how late a packet was, or how early; at the earliest it is silent after a timeout."""
+    lateness_s = s.lateness_s + SMOOTHED * (late_s - s.lateness_s)
+    interval_s = max(s.interval_s + SMOOTHED * (period_s - s.interval_s), period_s)
+    limit_ns = round(max(timeout_s, 3.0 * interval_s + LATENESSES * lateness_s) * 1e9)
+    return s._replace(limit_ns=limit_ns, interval_s=interval_s, lateness_s=lateness_s)
+
+
 def heard(s: Silence, now_ns: int) -> tuple[float, bool, bool]:
     """Return the time since the newest packet, infinite before the first [s]; whether that is too
     long; and whether the other end has had nothing of this one for too long.

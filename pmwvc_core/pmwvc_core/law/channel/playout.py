@@ -32,19 +32,8 @@ Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25, 17.27.
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.constants import FEW, MEND_S, MOST_J, OUTAGE_S, SETTLE_S
-from pmwvc_core.law.channel.pace import (
-    RESTING_PACE,
-    ROUNDING_S,
-    Knot,
-    Knots,
-    Pace,
-    forgotten,
-    pace_arrive,
-    pace_brakes,
-    pace_step,
-    played_to,
-)
+from pmwvc_core.law.channel.constants import FEW, MEND_S, MOST_J, OUTAGE_S, ROUNDING_S, SETTLE_S
+from pmwvc_core.law.channel.pace import Knot, Pace, forgotten, pace_arrive, pace_step, played_to
 from pmwvc_core.law.channel.ramp import Asked, Ramp, changed_ramp, ramp_step, resting_ramp
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
@@ -62,11 +51,14 @@ class Energies(NamedTuple):
     lent_j: float = 0.0  # of E0
 
 
+NO_ENERGIES = Energies()
+
+
 class Playout(NamedTuple):
     """See the module; waves [sqrt(W)] and their integrals [sqrt(W) s]."""
 
     pace: Pace
-    knots: Knots  # of the segments
+    knots: list[Knot]  # of the segments
     played: Vector  # of them, as played_j [J]
     played_j: float
     wave: Vector  # what is predicted
@@ -88,11 +80,11 @@ class PlayoutParams(NamedTuple):
     keep_j: float = 0.0  # free energy that the hand is asked to fill it up to; below zero: of E0
 
 
-def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0) -> Playout:
+def resting_playout(rest: Vector, moved: Energies = NO_ENERGIES, raised: float = 1.0) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
     knots, ramp = [Knot(0.0, rest, 0.0)], resting_ramp(rest, 1)
     return Playout(
-        RESTING_PACE, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp
+        Pace(), knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp
     )  # fmt: skip
 
 
@@ -113,7 +105,7 @@ def free_j(s: Playout) -> float:
     return _free_j(s.moved, s.knots, s.played_j) - s.ramp.left.reserve_j
 
 
-def _free_j(m: Energies, knots: Knots, played_j: float) -> float:
+def _free_j(m: Energies, knots: list[Knot], played_j: float) -> float:
     return _balance_j(m) - (knots[len(knots) - 1].reserve_j - played_j)
 
 
@@ -144,7 +136,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
         guessed = minus(guessed, settled)
         mistaken = minus(plus(mistaken, of_it), settled)
         to, to_j = played_to(knots, pace.store_s)
-        if pace_brakes(s.pace):
+        if s.pace.silent_s > OUTAGE_S:
             undelivered = plus(undelivered, mistaken)
             mistaken = zero(mistaken)
     wave, moved = scaled(integral, 1.0 / duration_s), s.moved
@@ -174,7 +166,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     lent_j = m.lent_j
     if beyond_s > 0.0 or not within(mended, SETTLED) or s.raised > 1.0:
         lent_j = p.store_j
-    since_s = 0.0 if pace_brakes(pace) else s.since_s + h
+    since_s = 0.0 if pace.silent_s > OUTAGE_S else s.since_s + h
     wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j) - ramp.left.reserve_j
     power = max(free + lent_j, 0.0) / half_j
     if beyond_s > 0.0:

@@ -135,7 +135,7 @@ def _step(p: EnvironmentParams, s: SharedScene, came: tuple[Came, ...]) -> Share
 
 
 def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, Avatar, float]:
-    """Take the wave of a step; return also avatar and ratio of its brake. Until ``_give`` a braked port is the one behind the brake."""
+    """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
     a, brake, ratio = s.avatar, s.brake, 1.0
     if not a.present:
         return s, a, ratio
