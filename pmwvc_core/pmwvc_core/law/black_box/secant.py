@@ -15,13 +15,11 @@ than recent ones::
     s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
 A step into a one-sided contact that is stiffer than known counts ``LEAP`` times its secant. Up to
-|K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= 0.35 b). An
-environment in which a user moved without force is taken as one-sided: its force keeps its sign,
-and where it ended there is a face.
-
-A force that jumps while hardly anything moved is a fault. With s the longest way in this step of
-any avatar or of the object (fading over 0.5 s), a change since the last force used, n steps ago,
-is accepted up to the stiffest contact that the port can learn, and soon where it stays::
+|K^| T = b/2 F' = F-: decoding late is passive there (2B <= 0.35 b). An environment in which a user
+moved without force is taken as one-sided: its force keeps its sign, and where it ended there is a
+face. A force that jumps while hardly anything moved is a fault; with s the longest way in this
+step of any avatar or of the object (fading over 0.5 s), n steps after the last force used,
+accepted is::
 
     |F - F-| <= 100 (b/T) s + b n ``KICK_M_S``
 
@@ -32,20 +30,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.server.server_port import UserPort
-from pmwvc_core.law.vectors import (
-    Vector,
-    dot,
-    each,
-    is_zero,
-    length,
-    minus,
-    plus,
-    scaled,
-    squared,
-    total,
-    within,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, dot, each, length, minus, plus, scaled, within, zero
 from pmwvc_core.law.wave.wave import Rows, applied, damper, free_velocity, outer, wave_velocity
 
 DECAY = 0.9  # of a slope per step that measures less
@@ -88,7 +73,10 @@ def resting_secant(position: Vector, scale: float, expected: bool) -> Secant:
 
 def learned(s: Secant) -> float:
     """Return |K^| T/b of the slope; where a contact chatters, (K T + 2B)/b."""
-    return math.sqrt(total(0.0, each(squared, (s.slope,)))) / s.scale
+    size = 0.0
+    for row in s.slope:
+        size += dot(row, row)
+    return math.sqrt(size) / s.scale
 
 
 def ratio_in_use(s: Secant) -> float:
@@ -101,7 +89,7 @@ def line(s: Secant, position: Vector, weight: float) -> ExpectedForce:
     """Return what to expect where the avatar would be without its new velocity [m]."""
     if ratio_in_use(s) <= 0.0:
         return ExpectedForce(s.force, each(scaled, (s.slope,), 0.0), zero(s.force))
-    if not is_zero(s.force):
+    if s.force != zero(s.force):
         found = plus(s.force, applied(s.slope, minus(position, s.position)))
         kept = _direction(s.force) if s.one_sided else zero(found)
         return ExpectedForce(found, each(scaled, (s.slope,), weight), kept)
@@ -118,16 +106,16 @@ def decoded(to: ExpectedForce, impedance: Any, free: Vector) -> tuple[Vector, bo
     xd = B free - F0 by conjugate gradients, exact after a step per axis, and again for rounding.
     """
     left = way = minus(damper(impedance, free), to.force)
-    xd, size = zero(left), squared(left)
+    xd, size = zero(left), dot(left, left)
     for _ in range(2 * len(left)):
         if size > NOTHING:
             image = plus(damper(impedance, way), applied(to.slope, way))
             step = size / dot(way, image)
             xd, left = plus(xd, scaled(way, step)), minus(left, scaled(image, step))
-            after = squared(left)
+            after = dot(left, left)
             way, size = plus(left, scaled(way, after / size)), after
     force = plus(to.force, applied(to.slope, xd))
-    pushes = dot(to.along, force) >= 0.0 and not is_zero(force)
+    pushes = dot(to.along, force) >= 0.0 and force != zero(force)
     return (xd if pushes else free), pushes
 
 
@@ -136,7 +124,7 @@ def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
     if not good:
         position, force = s.position, s.force
     step, rise = minus(position, s.position), minus(force, s.force)
-    size, before, now = length(step), not is_zero(s.force), not is_zero(force)
+    size, before, now = length(step), s.force != zero(s.force), force != zero(force)
     one_sided = s.one_sided or (not before and not now and size > 0.0)
     longest = DECAY * s.longest
     if before and now:
@@ -208,7 +196,7 @@ class Seen(NamedTuple):
 def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
     """Note who is there, and who began anew: where the last step did not leave the avatar."""
     there, x, f = port.avatar.present, port.x_s, port.avatar.f
-    stayed = s.there and is_zero(minus(x, s.x)) and is_zero(minus(f, s.f))
+    stayed = s.there and x == s.x and f == s.f
     begins, secant, at, steps = there and not stayed, s.secant, s.at, s.steps
     if begins:
         secant, at, steps = resting_secant(x, secant.scale, secant.expected), x, 0

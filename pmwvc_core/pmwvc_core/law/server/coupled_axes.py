@@ -12,11 +12,10 @@ along axis 0, whose unit vector is e_0::
 which leaves the law along axis 0 behind a number b' > 0 (a Schur complement). The force falls with
 the velocity of the object by A G + (A e_0) s_0 (A e_0)^T, s_0 the slope of the law along axis 0.
 
-The implicit step (:mod:`.coupling`) is one vector equation for the object. With r(v) the force
-that is missing at a mean velocity v, dr/dv is symmetric and at least 2 m_o/h + b_o, so r has one
-root. Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which never falls with t,
-until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the forces once
-Newton's step no longer halves it. Equations: docs/theory.md 6.4, 6.5, 6.6.
+The implicit step (:mod:`.coupling`) is one vector equation. With r(v) the force that is missing at
+a mean velocity v, Newton's step c is damped by bisection on g(t) = -c . r(v - t c), which never
+falls with t, until |g| has halved. It ends at rounding, or at a residual of ``TAKEN`` of the
+forces once the step no longer halves it. Equations: docs/theory.md 6.4, 6.5, 6.6.
 """
 
 from typing import NamedTuple
@@ -24,23 +23,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.law.family import Nothing
-from pmwvc_core.law.motion import Body, BodyLaw, drifted, imbalance, mobility
+from pmwvc_core.law.motion import Body, BodyLaw, imbalance, mobility
 from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
-from pmwvc_core.law.server.coupling import Step, advanced_avatar, solved_contact
+from pmwvc_core.law.server.coupling import Step, carried, solved_contact
 from pmwvc_core.law.server.springs import ROUNDING, Spring, Yield, loop_force, spring_answer
-from pmwvc_core.law.vectors import (
-    Vector,
-    columns,
-    dot,
-    each,
-    length,
-    minus,
-    plus,
-    scaled,
-    times,
-    total,
-    zero,
-)
+from pmwvc_core.law.vectors import Vector, dot, each, length, minus, plus, scaled, times, zero
 from pmwvc_core.law.wave.wave import ImpedanceMatrix, Rows, applied, free_velocity, loaded, outer
 
 
@@ -62,6 +49,10 @@ def _element(column: int, a: np.ndarray, row: int) -> float:
     return float(a[row, column])
 
 
+def _first(row: Vector) -> float:
+    return row[0]
+
+
 def _gain(s: Spring, gain: float, held: bool) -> float:
     return gain if held and not s.one_sided else 0.0
 
@@ -80,7 +71,7 @@ def across(
     gains = each(_gain, (c.springs,), gain, acts)
     loose = each(_loose, (c.springs, xd_o), c.law.stiffness, c.law.damping, acts)
     a = loop_inverse(each(scaled, (mobility, gains)), b.numbers)
-    held, lean = applied(a, plus(loose, times(gains, free))), columns(a)[0]
+    held, lean = applied(a, plus(loose, times(gains, free))), each(_first, (a,))
     slope = each(times, (a,), gains)
     return held, lean, slope, dot(mobility[0], held), 1.0 / dot(mobility[0], lean)
 
@@ -151,10 +142,7 @@ def _implicit(p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: 
         if there.velocity == here.velocity or (here.close and slow):
             break
         here = there
-    after, lost_j = drifted(body, here.velocity, law)
-    forces, rates, _ = columns(here.answers)
-    moved, heats = columns(each(advanced_avatar, (avatars, forces, rates), law.period_s))
-    return moved, after, total(lost_j, heats), here.close
+    return carried(avatars, body, here.velocity, here.answers, law, here.close)
 
 
 def _downhill(avatars: tuple[Avatar, ...], xd: Vector, here: Looked, law: BodyLaw) -> Looked:

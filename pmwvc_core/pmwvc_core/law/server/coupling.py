@@ -61,9 +61,8 @@ class Implicit(Nothing):
 def _implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     rows = columns(each(_rows, (avatars,)))
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
-    after, lost_j = drifted(body, velocity, law)
-    moved, heats = columns(each(_by_axis, (avatars, columns(answers)), law.period_s))
-    return moved, after, total(lost_j, heats), False not in settled
+    of_avatars = each(_by_axis, (columns(answers),))
+    return carried(avatars, body, velocity, of_avatars, law, False not in settled)
 
 
 def _rows(a: Avatar) -> tuple[Row, ...]:
@@ -75,18 +74,27 @@ def rows_of(c: Contact, drive: Vector, present: bool, b: float) -> tuple[Row, ..
     return each(Row, (c.springs, drive), present, b, touching(c), c.law)
 
 
-def _by_axis(a: Avatar, answers: tuple[Yield, ...], h: float) -> tuple[Avatar, float]:
-    force, rate, _ = columns(answers)
-    return advanced_avatar(a, force, rate, h)
+def _by_axis(answers: tuple[Yield, ...]) -> Yield:
+    force, rate, slope = columns(answers)
+    return Yield(force, rate, slope)
 
 
-def advanced_avatar(a: Avatar, force: Vector, rate: Vector, h: float) -> tuple[Avatar, float]:
-    """Move an avatar with mean force [N] and relative velocity [m/s]; return the heat [J]."""
+def carried(
+    avatars: tuple[Avatar, ...], body: Body, velocity: Vector, answers: tuple[Yield, ...],
+    law: BodyLaw, settled: bool,
+) -> Step:  # fmt: skip
+    """Move the object with a mean velocity [m/s], the avatars with their answers to it."""
+    after, lost_j = drifted(body, velocity, law)
+    moved, heats = columns(each(_carried, (avatars, answers), law.period_s))
+    return moved, after, total(lost_j, heats), settled
+
+
+def _carried(a: Avatar, answer: Yield, h: float) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0
-    xd = wave_velocity(a.impedance, a.u, force)
-    contact, heat_j = advanced_contact(a.contact, force, rate, h)
-    return a._replace(xd=xd, f=force, contact=contact), heat_j
+    xd = wave_velocity(a.impedance, a.u, answer.force)
+    contact, heat_j = advanced_contact(a.contact, answer.force, answer.rate, h)
+    return a._replace(xd=xd, f=answer.force, contact=contact), heat_j
 
 
 # (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance
