@@ -8,8 +8,7 @@ m x'' + b x' = F over a time t, with z = b t / m, and the limits 1 and 1/2 for z
     x(t)  = x + t phi1(z) xd + (t^2/m) phi2(z) F    phi2(z) = (z - 1 + e^-z)/z^2
 
 The object, m_o x'' + b_o x' = sum of the contact forces (App. B, Eq. 1), goes one step on exactly
-under forces held over the step (sampled couplings), or by the midpoint rule (implicit coupling),
-which keeps the account of kinetic energy to rounding::
+under held forces (sampled couplings), or by the midpoint rule (implicit coupling)::
 
     m_o (v1 - v0)/h + b_o v = F,   v = (v0 + v1)/2,   x1 = x0 + h v
 

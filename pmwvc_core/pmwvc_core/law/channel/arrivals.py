@@ -9,8 +9,7 @@ zeroing  the newest wave for one step, then zero
 strict   segments of displacement and energy, played out
 ======== ==========================================================================================
 
-A playout without the free energy for what is undelivered is *short*; the other direction then
-passes on what it can spare. Equations: docs/theory.md 17.19.
+Equations: docs/theory.md 17.19.
 """
 
 from typing import Any, NamedTuple

@@ -10,16 +10,12 @@ in store, or, below zero, -c, the time concealed by a predicted wave. Per step h
     rate  = 1 + shift/T             within 1 +- CORRECTED;   shift <- shift - (rate - 1) ratio h
     ratio = (HOLD_S + FADE_S - c)/FADE_S, within 0..1;   it rises by no more than h/MEND_S
 
-with T = ``SETTLE_S``/2. After ``REPORTED_S`` without a segment the other end is told, after
-``OUTAGE_S`` this end brakes. The lag follows the mean lateness of segments; the first one of a
-step, of length dt, with the time a in store (below zero: late) shifts p by::
+    shift <- shift + a dt/FOLLOW_S  at the first segment, of length dt, of a step with a in store
 
-    shift <- shift + a dt/FOLLOW_S
-
-except within ``SETTLE_S`` after an outage or the start, where all but one segment is skipped, as
-is what exceeds ``LONGEST_S`` else. A segment has its integral and the reserve of energy that its
-smoothest wave takes, |dU|^2/(2 dt), at most what it brought. The first knot is the beginning of
-the first segment, at zero. Lists of knots are never changed. Equations: docs/theory.md 17.18.
+with T = ``SETTLE_S``/2; no shift within ``SETTLE_S`` after an outage or the start, where all but
+one segment is skipped, as is what exceeds ``LONGEST_S`` else. A segment has its integral and the
+reserve of energy that its smoothest wave takes, |dU|^2/(2 dt), at most what it brought. The first
+knot is at zero. Lists of knots are never changed. Equations: docs/theory.md 17.18.
 """
 
 from typing import NamedTuple

@@ -8,16 +8,11 @@ what a receiver notes and believes of them. A packet is what the laws see of a m
     integral <- integral + w T          energy <- energy + |w|^2 T/2
     held back where  |w - w_sent| <= ratio |w_sent|
 
-A wave that differs too little from the one sent last to be felt needs no packet (Hinterseer et
-al., 2008), unless the next one, with the mean of both, would then stand for too long.
-
-The other end is silent after three intervals of its packets (a longer one counts at once) and,
-on the strict channel, the lateness that they usually have. A packet also tells whether its sender
-has waves of this end at hand; both ends brake while either has not.
-
-The difference of two packets' sums is a segment for the strict playout, whatever was lost,
-repeated or reordered in between. Its length is counted in packets; the sender's clock counts only
-where packets stood for different times::
+(Hinterseer et al., 2008) unless the next packet, with the mean of both, would stand for too long.
+The other end is silent after three intervals of its packets (a longer one counts at once) and, on
+the strict channel, the lateness that they usually have. The difference of two packets' sums is a
+segment, whatever was lost in between. Its length is counted in packets; the sender's clock counts
+only where packets stood for different times::
 
     U <- U + dU     dU = packet's U - U,   |dU| <= longest legal wave * time
     J <- J + dJ     dJ = packet's J - J,   0 <= dJ <= what that wave carries

@@ -15,17 +15,14 @@ newest one and beyond it by that one's wave w^. With U(p) the integral up to p, 
                   where nothing is predicted, mended or raised, E0 is what was lent before
     undelivered <- undelivered + ramp - wave h     made up, but not out of the last TANK_J of E0
 
-The ramp (:mod:`.ramp`) takes the sender's frames out of the force. n is the ratio of the present
-impedance to that of free motion, whose waves these are (:mod:`pmwvc_core.law.wave.following`).
-
-A late segment settles its part q = min(c, dt) of the c seconds concealed::
+n is the ratio of impedances (:mod:`pmwvc_core.law.wave.following`). A late segment settles its
+part q = min(c, dt) of the c seconds concealed::
 
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
 After an outage that made the ends brake, it stays undelivered instead. Repayment
-(:func:`.repayment`) begins ``SETTLE_S`` after the last wait; its longest wave grows over
-``rises_s``. Invariants at every step: given + released <= received + E0 (``store_j``), and
-U(min(p, e)) + guessed = integral played + left + undelivered + mistaken.
+begins ``SETTLE_S`` after the last wait. Invariants at every step: given + released <= received +
+E0 (``store_j``), and U(min(p, e)) + guessed = integral played + left + undelivered + mistaken.
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25, 17.27.
 """
 

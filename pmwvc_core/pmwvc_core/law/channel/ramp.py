@@ -7,9 +7,7 @@ the mean of what was asked for in the last N steps.
 
     a_k: what step k asks for,   mean = (a_k + ... + a_{k-N+1})/N,   left <- left + a_k - mean
 
-The displacement is the same, (N - 1)/2 steps later; the energy is no more, up to any step. The
-reserve of energy of what was asked goes the same way. Where N changes, what the new ramp does not
-hold is due. Equations: docs/theory.md 17.27.
+Where N changes, what the new ramp does not hold is due. Equations: docs/theory.md 17.27.
 """
 
 from typing import NamedTuple

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position between the counts of an encoder, for one axis.
 
-The position follows a velocity, so that a count q does not jump into the wave. With e the position
-measured less the one expected::
+With e the position measured less the one expected, and q a count::
 
     x^ <- x^ + xd^ h + a e                     within x +- q
 

@@ -9,11 +9,9 @@ the rate of the force loop (App. E, Fig. 3).
         '-> high_up --> u2 --> local model --> v2 --> high_down -,
     v_m <---------------- w <-- low_down <-- hold <-- server --(+)
 
-``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The returning
-wave is bounded only by (|LP1| + |LP2| |HP|) |u_m|, above 1 for the filters of Table 1.
-``complementary``: one first-order pair splits and recombines, |H1|^2 + |H2|^2 = 1. Then |u1|^2 +
-|u2|^2 <= |u_m|^2 and |H1 v1 + H2 v2|^2 <= |v1|^2 + |v2|^2: passive for any passive server and
-local model.
+``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2; not passive with
+the filters of Table 1. ``complementary``: one first-order pair splits and recombines, |H1|^2 +
+|H2|^2 = 1: passive for any passive server and local model.
 
 The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU. Its
 port decodes u2 and encodes the force of the model::

@@ -7,15 +7,12 @@ On the plain channel e = x_m - x_s - x_ref (``printed``, ``budgeted``) or its re
 (``integral``). ``printed`` pays for nothing and can generate energy; the others change v_m, and
 shorten packets, as the energy tank allows (:mod:`.energy_tank`), which begins with ``lent_j``.
 
-On the strict channel the node (:mod:`pmwvc_core.law.port.strict_master`) pays. It begins with the
-energy lent, E0, and is refilled to it before packets get more than they need. A tick takes at most
-what is free, spread over ``SPREAD_S``. Between packets the avatar's position follows a line, and
-the correction follows what is asked within ``MEND_S``: after a gap it would come as a blow.
-
-There in free motion e is the delay of the link, x_m - x_s = v T, and must not be corrected: e
-counts as far as the avatar feels a force (by the server's wave and the way of the avatar in the
-packets), in full from ``FORCE_N`` on. A gain that adapts grows by up to ``MOST`` as less is left
-of the loan, so that slow presses return what they took. Equations: docs/theory.md 17.8, 17.16.
+On the strict channel the node (:mod:`pmwvc_core.law.port.strict_master`) pays, beginning with E0.
+A tick takes at most what is free, spread over ``SPREAD_S``. Between packets the avatar's position
+follows a line, and the correction follows what is asked within ``MEND_S``. In free motion e is the
+delay of the link: it counts as far as the avatar feels a force, in full from ``FORCE_N`` on. A
+gain that adapts grows by up to ``MOST`` as less is left of E0. Equations: docs/theory.md 17.8,
+17.16.
 """
 
 from typing import Any, NamedTuple

@@ -10,11 +10,8 @@ At the device an elastic-plastic spring z beside the damper b gives what is miss
     z <- z + dx,   F = k z,   k = b/STALL_S
     z shortened to |k z| <= F_L, |f + k z| <= max(F_L, |f|)      f: asked for without it
 
-z is only ever shortened, so sum F dx + k |dx|^2/2 >= k |z|^2/2: what sampling generates is less
-than the damper takes while k T <= 2 b (loops that stall up to 2 ``STALL_S``).
-
-At the avatar: a damper (N - 1) b beside the port. The coupling then solves a port of impedance
-N b, and the waves of the user are those in front of the damper; the last term is heat::
+At the avatar a damper (N - 1) b beside the port, which the coupling solves with the impedance N b;
+the last term is heat::
 
     u' = u/sqrt(N),   v = (u' + v')/sqrt(N) - u
     (|u|^2 - |v|^2)/2 = (|u'|^2 - |v'|^2)/2 + (N - 1)/(2 N) |u' + v'|^2

@@ -8,12 +8,10 @@ pushes along axis 0 only; across it an anchor is set where contact begins and le
 the step in which the avatar comes out, where its spring energy is dropped.
 
 When stiffness and damping change in contact, the deflection becomes sqrt(K_old/K_new) times what
-it was, so that the spring stores what it stored and the avatar stays; the face of a grip counts as
-shifted, and returns outside the contact, never past the avatar.
-
-A coupling closes the algebraic loop of a step: from the waves u of all avatars it finds velocities
-and contact forces, and moves avatars and object. Avatars that are not present take no part.
-Equations: docs/theory.md 4.10.
+it was, so that the spring stores what it stored; the face of a grip counts as shifted, and returns
+outside the contact. A coupling closes the algebraic loop of a step: from the waves u of all
+avatars it finds velocities and contact forces, and moves avatars and object. Equations:
+docs/theory.md 4.10.
 """
 
 import math

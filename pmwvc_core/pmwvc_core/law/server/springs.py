@@ -14,10 +14,9 @@ phi(p) = K max(p, 0)^2 / 2, and the damper acts on the part of the way inside::
 
     N = max(0, [phi(p1) - phi(p0)] / (p1 - p0) + B [max(p1, 0) - max(p0, 0)] / h)
 
-N never falls with w, so with w = c - N/b it has exactly one solution, piece by piece a quadratic
-(p, c and w count inwards), and falls with the object's velocity by at most b per m/s. So the
-object's equation along an axis has one root, found by Newton's method within a bracket (in one
-step where all contacts are two-sided). Equations: docs/theory.md 4.1, 4.3.
+With w = c - N/b it has exactly one solution, piece by piece a quadratic (p, c and w count
+inwards), and the object's equation along an axis one root, found by Newton's method within a
+bracket. Equations: docs/theory.md 4.1, 4.3.
 """
 
 import math

@@ -16,15 +16,13 @@ A packet carries the filter's output at a frame start::
     butterworth         second-order sections
     integrate_and_dump  the mean over the frame, M ticks or more; lost ones count
 
-(mean)^2 M <= sum of squares, so the mean never sends more energy than came in. The hold::
+The hold::
 
     v_m = v_{i-1} + (v_i - v_{i-1}) j/M      delayed first order, for the ticks j = 1..M after a
                                              packet; v_{-1} = 0
     v_m = v_i                                zero order (M = 1 here), and after M ticks
 
-An early packet starts its ramp at the value reached. With E = T_c (M-1)/4 v_m^2 stored, a frame of
-up to M ticks releases no more than the packet brings and E loses; after M ticks it does.
-Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
+An early packet starts its ramp at the value reached. Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
 """
 
 from typing import Any, NamedTuple

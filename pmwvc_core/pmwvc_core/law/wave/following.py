@@ -6,14 +6,9 @@ Both ends form the waves u, v of b. Behind r b they are sqrt(r) u and sqrt(r) v:
 
     F = r (b xd - sqrt(2b) v),    F xd = r (|u|^2 - |v|^2)/2,    u + v = sqrt(2b) xd
 
-Packets carry the integrals of u and v, which are displacements whatever r is, and energy in J. So
-a change of r moves nothing, and each end pays for its waves with its own r: the same account as at
-constant b. What the other end's waves, formed with another r, do not pay for stays undelivered.
-
-The server's end decides. From ``FORCE_N`` on and ``KEEP_S`` longer r rises over ``RISE_S``: the
-motion in flight, which knew nothing of the contact, would meet a higher b with a blow. Packets
-carry the level, from 0 (r = 1) to ``LEVELS`` (r = n), and the master follows within a packet.
-Equations: docs/theory.md 17.28.
+The server's end decides: from ``FORCE_N`` on and ``KEEP_S`` longer r rises over ``RISE_S``.
+Packets carry the level, from 0 (r = 1) to ``LEVELS`` (r = n), and the master follows within a
+packet. Equations: docs/theory.md 17.28.
 """
 
 from typing import NamedTuple

@@ -7,9 +7,8 @@
     u  = sqrt(2b) xd - v          F  = b xd - sqrt(2b) v          at the master
     v  = u - sqrt(2/b) F          xd = sqrt(2/b) u - F/b          at the server
 
-A wave pair carries the power of its port, F xd = (u^2 - v^2)/2, for *any* impedance b > 0: ends
-with different b form a lossless transformer. F_m pushes against the hand, F_s is of the avatar on
-what it touches. All axes have one b, or a symmetric positive matrix couples them.
+F xd = (u^2 - v^2)/2 for *any* b > 0. F_m pushes against the hand, F_s is of the avatar on what it
+touches. All axes have one b, or a symmetric positive matrix couples them.
 Equations: docs/theory.md 1.1, 1.2, 1.3, 1.4, 1.5, 17.14.
 """
 

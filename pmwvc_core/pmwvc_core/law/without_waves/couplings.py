@@ -14,9 +14,7 @@ Virtual coupling: spring and damper between device and avatar, at 1 kHz on the d
     F_m = K_c (x_m - p) + B_c (xd_m - p')          p: avatar, in the device's frame, as received
     f_s = K_c (x_m - p) + B_c (xd_m - p')          x_m: device, as received
 
-p' is the avatar's mean velocity between the last two packets. Passive without delay where the
-device's damping b exceeds K_c T_c/2 + B_c; with delays T_1 + T_2 around the loop K_c (T_1 + T_2)/2
-<= B_c + b is required. Neither rule excludes generated energy.
+p' is the avatar's mean velocity between the last two packets.
 """
 
 from typing import NamedTuple
