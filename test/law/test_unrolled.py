@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from pmwvc_core.law.vectors import (
     dot,
     each,
-    is_zero,
     length,
     minus,
     plus,
@@ -51,7 +50,7 @@ def arithmetic(a, b, c):
     more = plus(scaled(a, length(b)), minus(b, a))
     most = max(dot(more, b), min(c, squared(times(a, b))))
     near = within(shortened(more, abs(c)), max(abs(c), 1.0))
-    return more, most, near, is_zero(minus(a, b)), zero(a)
+    return more, most, near, minus(a, b) == zero(a), zero(a)
 
 
 arithmetic.__module__ = "pmwvc_core.law.arithmetic"

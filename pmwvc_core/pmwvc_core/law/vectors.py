@@ -111,11 +111,6 @@ def total(start: float, values: Vector) -> float:
     return start
 
 
-def is_zero(a: Vector) -> bool:
-    """Tell whether every element is zero."""
-    return a == zero(a)
-
-
 # By function: its text along an axis, and how the axes are joined (where empty: as a vector).
 BY_AXIS: dict[Callable[..., Any], tuple[str, str]] = {
     plus: ("{a}[{i}] + {b}[{i}]", ""),
@@ -126,5 +121,4 @@ BY_AXIS: dict[Callable[..., Any], tuple[str, str]] = {
     dot: ("{a}[{i}] * {b}[{i}]", " + "),
     squared: ("{a}[{i}] * {a}[{i}]", " + "),
     within: ("-{b} < {a}[{i}] < {b}", " and "),
-    is_zero: ("{a}[{i}] == 0.0", " and "),
 }
