@@ -127,13 +127,8 @@ def _come(
         else:
             presence = DAMPING if silent or unreceived else COUPLED
             brakes = unreceived or waits(arrivals)
-    came = Came(
-        scaled(wave, math.sqrt(following.ratio)),
-        arrivals.position,
-        brakes,
-        arrivals.received_j,
-        extra,
-    )
+    wave = scaled(wave, math.sqrt(following.ratio))
+    came = Came(wave, arrivals.position, brakes, arrivals.received_j, extra)
     return Guest(presence, flips, arrivals, s.packing, extra, following), port, came, lost_j
 
 
@@ -148,13 +143,8 @@ def _gone(
     if passed_j > 0.0:
         port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     wave = scaled(port.v_s, 1.0 / math.sqrt(s.following.ratio))
-    sent = Sent(
-        wave,
-        minus(port.x_s, port.offset),
-        sum_j(port, q.arrivals.plays_on),
-        port.extra,
-        int(s.following.level),
-    )
+    x, own_j = minus(port.x_s, port.offset), sum_j(port, q.arrivals.plays_on)
+    sent = Sent(wave, x, own_j, port.extra, int(s.following.level))
     packing, packet, sends = pack(
         packing, sent, period_s, now_ns, news(arrivals, q.arrivals), s.anew, False,
         arrivals.silence.number, 0, q.packing,

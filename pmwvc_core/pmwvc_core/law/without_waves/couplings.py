@@ -22,16 +22,7 @@ from typing import NamedTuple
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import (
-    AvatarAnswer,
-    AvatarStep,
-    DeviceEnd,
-    DeviceEndParams,
-    FromServer,
-    avatar_moved,
-    placed_avatar,
-    pulled_avatar,
-)
+from pmwvc_core.law.without_waves.ends import AvatarAnswer, DeviceEnd, placed_avatar, pulled_avatar
 
 
 class Held(NamedTuple):
@@ -45,17 +36,17 @@ class Direct(Nothing):
 
 
 @ends.device_answer.member(Held)
-def _held(s: Held, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> Held:
+def _held(s: Held, end: DeviceEnd, came: ends.FromServer, p: ends.DeviceEndParams) -> Held:
     return Held(zero(came.wave) if came.silent else came.wave)
 
 
 @ends.device_force.member(Held)
-def _force(s: Held, end: DeviceEnd, p: DeviceEndParams) -> tuple[Held, Vector]:
+def _force(s: Held, end: DeviceEnd, p: ends.DeviceEndParams) -> tuple[Held, Vector]:
     return s, s.force
 
 
-@avatar_moved.member(Direct)
-def _placed(p: Direct, kept: Nothing, step: AvatarStep) -> tuple[Nothing, AvatarAnswer]:
+@ends.avatar_moved.member(Direct)
+def _placed(p: Direct, kept: Nothing, step: ends.AvatarStep) -> tuple[Nothing, AvatarAnswer]:
     moved = placed_avatar(step, step.wave)
     return kept, AvatarAnswer(moved, moved.f, (), -1.0)
 
@@ -78,7 +69,9 @@ class AvatarSeen(NamedTuple):
 
 
 @ends.device_answer.member(AvatarSeen)
-def _seen(s: AvatarSeen, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> AvatarSeen:
+def _seen(
+    s: AvatarSeen, end: DeviceEnd, came: ends.FromServer, p: ends.DeviceEndParams
+) -> AvatarSeen:
     """Take the avatar's velocity from the way it went since the packet before."""
     packet, pd = came.packet, s.pd
     numbers = packet.number - s.number
@@ -92,14 +85,16 @@ def _seen(s: AvatarSeen, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -
 
 
 @ends.device_force.member(AvatarSeen)
-def _pull(s: AvatarSeen, end: DeviceEnd, p: DeviceEndParams) -> tuple[AvatarSeen, Vector]:
+def _pull(s: AvatarSeen, end: DeviceEnd, p: ends.DeviceEndParams) -> tuple[AvatarSeen, Vector]:
     pull = scaled(minus(end.x, s.p), p.law.stiffness)
     drag = scaled(minus(end.xd, s.pd), p.law.damping)
     return s, plus(pull, drag) if s.coupled else zero(end.x)
 
 
-@avatar_moved.member(VirtualCoupling)
-def _pulled(p: VirtualCoupling, kept: Nothing, step: AvatarStep) -> tuple[Nothing, AvatarAnswer]:
+@ends.avatar_moved.member(VirtualCoupling)
+def _pulled(
+    p: VirtualCoupling, kept: Nothing, step: ends.AvatarStep
+) -> tuple[Nothing, AvatarAnswer]:
     pull = scaled(minus(step.position, step.x_s), p.stiffness)
     drive = plus(pull, scaled(step.wave, p.damping))
     moved = pulled_avatar(step, drive, p.stiffness * step.period_s + p.damping)

@@ -7,9 +7,7 @@ The device's end counts what flowed from the hand into the controller and back: 
 limits let through times the velocity at the tick. The library's send position and velocity.
 
 At the server the object moves exactly under the last forces held; then every avatar meets it.
-``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s. The library's avatars
-go along with the device (``direct``, ``tdpa``; the force goes back), or hang on spring and damper
-(``virtual_coupling``, ``pspm``; the position goes back, in the device's frame).
+``u_j`` is the flow to the avatar, ``v_j`` the flow back, both from f_s xd_s.
 """
 
 from operator import add

@@ -15,8 +15,6 @@ out of a tank; q' is the nearest point on the way that the tank can pay for. The
 damper turns to heat, and what the peer sends; above a cap the rest goes to the peer::
 
     work put in + received = spring + (tank - initial) + sent + dropped
-
-Passive with any delay, loss and order of packets for B > K T_c/2 at the device.
 """
 
 import math

@@ -26,15 +26,7 @@ from pmwvc_core.law.family import accounts
 from pmwvc_core.law.server.contacts import contact_force, contact_heat, offset_of, slid
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import (
-    AvatarAnswer,
-    AvatarStep,
-    DeviceEnd,
-    DeviceEndParams,
-    FromServer,
-    Moved,
-    avatar_moved,
-)
+from pmwvc_core.law.without_waves.ends import AvatarAnswer, DeviceEnd, DeviceEndParams, Moved
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
 
@@ -106,7 +98,9 @@ def _send(
 
 
 @ends.device_answer.member(TdpaDevice)
-def _answer(s: TdpaDevice, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> TdpaDevice:
+def _answer(
+    s: TdpaDevice, end: DeviceEnd, came: ends.FromServer, p: DeviceEndParams
+) -> TdpaDevice:
     force = zero(came.wave) if came.silent else came.wave
     return s._replace(force=force, observer=informed(s.observer, came.received_j))
 
@@ -133,8 +127,8 @@ def _of_device(s: TdpaDevice, p: Tdpa) -> Vector:
     return _of_observer(s.observer, p)
 
 
-@avatar_moved.member(Tdpa)
-def _slid(p: Tdpa, kept: Observer, step: AvatarStep) -> tuple[Observer, AvatarAnswer]:
+@ends.avatar_moved.member(Tdpa)
+def _slid(p: Tdpa, kept: Observer, step: ends.AvatarStep) -> tuple[Observer, AvatarAnswer]:
     """Arrive where the last step led, form the force, choose the velocity from here."""
     observer, body, h = informed(kept, step.received_j), step.body, step.period_s
     contact, lost_j = slid(step.contact, scaled(step.xd_s, h))
