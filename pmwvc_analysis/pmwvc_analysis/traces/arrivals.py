@@ -14,7 +14,7 @@ import numpy as np
 
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.thresholds import FINAL_S, GONE_S, LATE
-from pmwvc_core.law.channel.constants import FOLLOW_S, LONGEST_S
+from pmwvc_core.law.channel.pace import FOLLOW_S, LONGEST_S
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.constants import FEW, OUTAGE_S, REPORTED_S, SETTLE_S
 from pmwvc_core.law.channel.packet import Counting, Packet, Silence, counted, noted_packet, usual
 from pmwvc_core.law.channel.playout import (
+    Energies,
     Playout,
     PlayoutParams,
     add,
@@ -72,10 +73,6 @@ def _none_spared(s: Any, h: float, p: Any) -> tuple[Any, float]:
     return s, 0.0
 
 
-def _as_it_is(s: Any, n: float) -> Any:
-    return s
-
-
 def _no_news(s: Any, p: Any) -> tuple[bool, bool]:
     return False, False
 
@@ -87,7 +84,7 @@ answer_of = Family("answer_of", _plays_on)
 spare = Family("spare", _none_spared)  # (s, h, p) -> (s, energy that the other end lacks [J])
 anew = Family("anew", same)  # (s) -> s: the peer placed its position by the newest packet
 idle = Family("idle", same)  # (s, lasted_s) -> s: time went by without steps
-raised = Family("raised", _as_it_is)  # (s, n) -> s: waves move a port of n b
+raised = Family("raised", same)  # (s, n) -> s: waves move a port of n b
 # (s, p) -> what the other end is told: energy is short; nothing is at hand
 news = Family("news", _no_news)
 waits = Family("waits", never)  # (s) -> no wave is at hand any more: this end brakes
@@ -106,7 +103,7 @@ def start_of(
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
     silence, counting = Silence(limit_ns, period_s), Counting(nothing, period_s, period_s)
     if strict:
-        playout = resting_playout(nothing)
+        playout = resting_playout(nothing, Energies())
         return StrictArrivals(silence, playout, counting, nothing, False, 0.0)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The constants of the strict channel: playout, lag and brakes. Nothing else there is tuned.
+"""The constants of the strict channel: playout, lag and brakes (of the clock: :mod:`.pace`).
 
 Tried over losses of 5 to 20 %, bursts, jitter and outages with recorded and simulated hands.
 """
@@ -8,11 +8,8 @@ Tried over losses of 5 to 20 %, bursts, jitter and outages with recorded and sim
 HOLD_S = 0.08  # a late wave is predicted in full: ten packets at 125 Hz
 FADE_S = 0.04  # then for so long it fades, while the brakes grow as quickly
 MEND_S = 0.03  # a wrong prediction is made good: longer than a packet, shorter than one feels
-FOLLOW_S = 0.4  # the lag follows the mean lateness of packets: some fifty of them
-CORRECTED = 0.3  # most by which the playout runs faster or slower: it does not sound in the hand
 SETTLE_S = 0.1  # after an outage: hands and avatars come to rest before anything is caught up
 SLOWLY_S = 0.7  # undelivered displacement is repaid at the slowest, where energy permits
-LONGEST_S = 0.3  # in store: more waves than that are of a time that nobody feels any more
 SPREAD_S = 0.1  # what a correction of the position may spend: in one tick it would be a force step
 FEW = 5e-4  # [sqrt(W) s] undelivered (0.1 mm): nobody is asked for energy
 TANK_J = 2.5e-3  # lent or filled by the hand, never spent on repayment: a wave of 1.6 N for 0.1 s

@@ -20,18 +20,12 @@ knot is at zero. Lists of knots are never changed. Equations: docs/theory.md 17.
 
 from typing import NamedTuple
 
-from pmwvc_core.law.channel.constants import (
-    CORRECTED,
-    FADE_S,
-    FOLLOW_S,
-    HOLD_S,
-    LONGEST_S,
-    MEND_S,
-    OUTAGE_S,
-    ROUNDING_S,
-    SETTLE_S,
-)
+from pmwvc_core.law.channel.constants import FADE_S, HOLD_S, MEND_S, OUTAGE_S, ROUNDING_S, SETTLE_S
 from pmwvc_core.law.vectors import Vector, between, minus
+
+FOLLOW_S = 0.4  # the lag follows the mean lateness of packets: some fifty of them
+CORRECTED = 0.3  # most by which the playout runs faster or slower: it does not sound in the hand
+LONGEST_S = 0.3  # in store: more waves than that are of a time that nobody feels any more
 
 
 class Pace(NamedTuple):

@@ -48,9 +48,6 @@ class Energies(NamedTuple):
     lent_j: float = 0.0  # of E0
 
 
-NO_ENERGIES = Energies()
-
-
 class Playout(NamedTuple):
     """See the module; waves [sqrt(W)] and their integrals [sqrt(W) s]."""
 
@@ -77,7 +74,7 @@ class PlayoutParams(NamedTuple):
     keep_j: float = 0.0  # free energy that the hand is asked to fill it up to; below zero: of E0
 
 
-def resting_playout(rest: Vector, moved: Energies = NO_ENERGIES, raised: float = 1.0) -> Playout:
+def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
     knots, ramp = [Knot(0.0, rest, 0.0)], resting_ramp(rest, 1)
     return Playout(
