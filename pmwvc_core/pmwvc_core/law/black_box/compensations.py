@@ -9,8 +9,6 @@ as published (Eq. 14, 15), for comparison only: it injects energy (J taken for W
 corrected in its sign: it only shortens waves; a deficit below zero is credit
     deficit(n) = deficit(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
     pay(n)  = min(max(deficit, 0), sum |v|^2/2),   each v in proportion to its length
-    so that sum (|u|^2 - |v|^2)/2 = sum F xd - deficit: passive where the environment is, for all
-    users together
 port ledger: all users together get back no more than they gave, and a declared allowance
     tank += h sum |u_i|^2/2,   cost = h sum |v_i|^2/2
     v_i  *= sqrt(tank/cost)    where cost > tank, all by the same factor

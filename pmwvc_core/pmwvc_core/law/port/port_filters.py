@@ -9,17 +9,12 @@ with v0 + g u_m, |g| < 1 for each eigenvalue of the impedance, so that
     v_m = w + v0 + g u_m,   u_m = (sqrt(2b) xd - w - v0)/(1 + g)
 
 Order within a tick: ``answered``, then ``wave_shortened`` where the limits let another force
-through, and ``filters_up``. By default nothing is between.
-
-The velocity filter; s is the share that comes back (half in App. D):
+through, and ``filters_up``. In the velocity filter s is the share fed back (half in App. D):
 
 exact (App. D Fig. 1)
-    v_m = w + s H_HP u_m: F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Passive with the
-    low-pass filter behind it where ``|H_LP| + s |H_HP| <= 1``
-    (:mod:`pmwvc_core.wave.aliasing`).
+    v_m = w + s H_HP u_m: F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H)
 equivalent (App. D Fig. 2, Eq. 3 and 2)
-    F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m. Generates b (2 s H_HP xd)
-    xd, which the account shows.
+    F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m: active, b (2 s H_HP xd) xd
 complementary (ours)
     v_m = H_1 w + s H_2 H_2 u_m, and H_1 u_m goes on, with |H_1|^2 + |H_2|^2 = 1. Passive at every
     tick for s <= 1.

@@ -8,16 +8,14 @@ Per tick of length h, with F the force applied and dx the motion measured over i
     u   = sqrt(2b) dx/h - v_m                  once the tick is over;   U <- U + u h
     node <- node + r |v|^2 h/2 + F dx          energy in from both sides (dx: ``counts.moved``)
 
-(r = 1 but where the impedance follows contact, :mod:`pmwvc_core.law.wave.following`)
-
-and per packet, which carries the mean wave w of its frame without an anti-aliasing filter::
+with r of :mod:`pmwvc_core.law.wave.following`, and per packet, which carries the mean wave w of
+its frame without an anti-aliasing filter::
 
     paid  = all of the node but KEPT_J, and of that what w needs, r |w|^2 T/2
             (never what the brake stores)
     J <- J + paid,   node <- node - paid
 
-So J never exceeds what channel and hand provided; what is late delays the payment, not the
-displacement U + V = sqrt(2b) x. Below ``-LIMIT_J`` at the node v is withheld: the port is a
+Below ``-LIMIT_J`` at the node v is withheld: the port is a
 damper. The surplus of one playout goes to the other.
 
 The hand pays for what packets lack through additional damping: up to ``MORE`` of b xd for a

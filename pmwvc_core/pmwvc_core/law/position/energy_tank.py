@@ -11,14 +11,10 @@ Energy that filter and hold may still release is reserved::
 
 with v the wave of the hold, u the one from the device, y the filter's output, tau its group delay
 less (M-1)/2 T_c. ``deficit_j`` is what the hold released without a packet and the tank did not
-cover, at most M T_c/2 |v|^2 per late packet; later packets pay it first. A packet that the tank
-cannot pay for is shortened, so that at every packet
+cover; later packets pay it first. A packet that the tank cannot pay for is shortened, and what is
+*spent* is bounded by the measured work as well::
 
-    storage + received + F xd - sent >= - deficit
-
-F xd comes from the waves. What is *spent* is bounded by the measured work as well, in which an
-encoder errs to the safe side,
-
+    storage + received + F xd - sent >= - deficit       at every packet, F xd of the waves
     spent <= storage + received + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
 
 Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.

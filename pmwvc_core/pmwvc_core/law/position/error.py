@@ -13,8 +13,8 @@ packet that the server answered (its echo), and still to be played::
     lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - down
     down = w T + (M-1)/2 T_c v (first-order hold), or what the playout holds
 
-The residual is lost or distorted motion. ``x_ref`` makes it zero at an avatar's first packet. Both
-ends need equal impedances. K_p is given, or follows the round trip tau: K_p = c sqrt(2b)/tau.
+``x_ref`` makes the residual zero at an avatar's first packet. Both ends need equal impedances. K_p
+is given, or follows the round trip tau: K_p = c sqrt(2b)/tau.
 Equations: docs/theory.md 9.1, 9.2, 9.3, 9.8.
 """
 

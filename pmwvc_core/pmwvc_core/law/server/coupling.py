@@ -18,8 +18,7 @@ displacement: forward Euler (h, 0), backward (0, h), trapezoid (h/2, h/2).
 one-step delay (App. B, Eq. 4): decoded with the force of the step before
     xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
     f_s(n)  = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)]
-    Passive at a wall if and only if K h + 2 B <= b (backward Euler); active for every K > 0 with
-    the trapezoid.
+    Active at a wall for every K > 0 with the trapezoid (backward Euler: 4.9).
 unwrapped (App. C, Eq. 4): the loop is solved per user, against the object as sampled
     xd_s = [sqrt(2 b) u_s - K (x' - x_o) + B xd_o] / (b + B + g K),     x_s = x' + g xd_s
     Passive at a wall for g = h and h/2, and for g = 0 while B >= K h/2.

@@ -97,8 +97,7 @@ def free_velocity(p: Any, u: Vector) -> Vector:
 
 def loaded(p: Any, free: Vector, f: Vector) -> Vector:
     """Return free - f/b [m/s], the velocity of one that bears a force."""
-    less = times_part(p, p.inverse, f)
-    return minus(free, less)
+    return minus(free, times_part(p, p.inverse, f))
 
 
 @along.member(Impedance)
