@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import opened
 from pmwvc_core.law.port.master import port_energies, port_signals
-from pmwvc_core.law.server.server_port import environment_energies, port_shown
+from pmwvc_core.law.server.server_port import port_shown, scene_energies
 from pmwvc_core.law.server_step import Guest, Server, server_step
 from pmwvc_core.law.user_tick import ForceLoop, Sample, begin, receive, send, user_tick
 from pmwvc_core.law.vectors import Vector, columns, each, squared
@@ -96,7 +96,7 @@ def note_step(
 ) -> None:
     """Note a step of the server."""
     at, users = server.environment, len(server.environment.ports)
-    counted = environment_energies(p.environment, at)
+    counted = scene_energies(p.environment, at)
     for k in range(len(counted)):  # accounts follow the two energies; there may be none
         energies[row, k if k < 2 else 1 + 4 * users + k] = counted[k]
     energies[row, 2] = at.dissipated_j
@@ -156,11 +156,8 @@ def session(
     tick, step, taken_up = 0, 0, 0
     while tick < clock.ticks:
         since, taken_up = taken_up, after(up, taken_up, tick)
-        came, fit = columns(
-            each(
-                taken, (clock.users, p.guests), 0, up, since, taken_up, packets, empty, clock.axes
-            )
-        )
+        rows = clock.users, p.guests
+        came, fit = columns(each(taken, rows, 0, up, since, taken_up, packets, empty, clock.axes))
         if False in fit:
             return False
         serves[0], answers = server_step(serves[0], tick * clock.tick_ns, came, 0.0, p)
