@@ -18,7 +18,6 @@ from pmwvc_core.law.safety.brakes import (
     AvatarBrake,
     brake_push,
     brake_ratio,
-    brake_stiffness,
     brake_stored_j,
     braked,
     holding,
@@ -50,7 +49,7 @@ class Hand:
     """The brake at a device."""
 
     def __init__(self, axes=1):
-        self.s, self.k = loose_brake((0.0,) * axes), brake_stiffness(B)
+        self.s, self.k = loose_brake((0.0,) * axes), B * (1.0 / STALL_S)
 
     def step(self, waits, x, f):
         """Go one tick on; tell whether anything is held."""

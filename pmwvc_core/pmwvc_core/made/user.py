@@ -13,14 +13,14 @@ from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, rec
 from pmwvc_core.controllers.plugged import DeviceAnswer, Plugged, PluggedLaw
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.law.channel.arrivals import ArrivalsParams, start_of
-from pmwvc_core.law.channel.constants import TANK_J
+from pmwvc_core.law.channel.constants import STALL_S, TANK_J
 from pmwvc_core.law.channel.packet import LATENESSES, Deadband, Packing, no_packet
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
-from pmwvc_core.law.safety.brakes import HAND_RETURN_S, brake_stiffness, loose_brake
+from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
 from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, LimitsParams
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
@@ -110,7 +110,7 @@ def made_user(
         of_port = DeviceEndParams(tick_s, end_law(record, values, tick_s))
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
-    stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
+    stiffness = impedances.smallest(b) * (1.0 / STALL_S) if strict else 0.0
     reach = LARGEST if workspace_m is None else REACH * workspace_m
     of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)

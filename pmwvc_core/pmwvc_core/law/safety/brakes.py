@@ -26,7 +26,7 @@ Equations: docs/theory.md 17.12, 17.13, 17.15.
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.constants import FADE_S, RATIO, SETTLE_S, STALL_S
+from pmwvc_core.law.channel.constants import FADE_S, RATIO, SETTLE_S
 from pmwvc_core.law.family import Family, same
 from pmwvc_core.law.vectors import (
     Vector,
@@ -89,11 +89,6 @@ class HandBrake(NamedTuple):
 def loose_brake(nothing: Vector) -> HandBrake:
     """Return a brake that holds nothing."""
     return HandBrake(resting_brake(nothing), nothing, nothing)
-
-
-def brake_stiffness(impedance: float) -> float:
-    """Return k [N/m] for a wave impedance, the smallest one of a matrix [N s/m]."""
-    return impedance * (1.0 / STALL_S)
 
 
 def brake_stored_j(s: HandBrake, k: float) -> float:
