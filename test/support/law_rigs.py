@@ -26,11 +26,11 @@ from pmwvc_core.law.safety.brakes import loose_brake
 from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
-    environment_energies,
     environment_step,
     joined,
     left,
     port_shown,
+    scene_energies,
 )
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import changed_user, limits_params, made_user
@@ -282,5 +282,5 @@ class Users:
     @property
     def energies(self):
         """Energies stored, and the accounts [J], by name."""
-        counted = environment_energies(self.p, self.s)
+        counted = scene_energies(self.p, self.s)
         return dict(zip(self._names, counted, strict=False))

@@ -17,13 +17,7 @@ from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value
 from pmwvc_core.frame import Presence, ServerRow
 from pmwvc_core.law.channel.arrivals import arrive, news
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
-from pmwvc_core.law.server.server_port import (
-    changed_port,
-    environment_energies,
-    left,
-    port_shown,
-    sum_j,
-)
+from pmwvc_core.law.server.server_port import changed_port, left, port_shown, scene_energies, sum_j
 from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
@@ -236,7 +230,7 @@ class ServerEnd(PortEnd):
     def _row(self) -> ServerRow:
         """Return all of it, with the energies that the environment counts by name."""
         p, e = self.p.environment, self.s.environment
-        kinetic, potential, *energies = environment_energies(p, e)
+        kinetic, potential, *energies = scene_energies(p, e)
         of_users = []
         for user, port in enumerate(e.ports):
             a, shown = port.avatar, port_shown(p, e, user)

@@ -9,8 +9,6 @@
     the environment   one wave of each user in, avatars and object one step on, waves out
     the answers       to those who are present
     the target        where the object is to be brought, once all have been together
-
-A silent user is rendered a matched damper; braked on the strict channel.
 """
 
 import math

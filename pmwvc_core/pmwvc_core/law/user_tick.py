@@ -10,8 +10,7 @@
 
 Frames begin at the multiples of their length M, so that both ends keep their phases: where M
 changes, or ticks were skipped, a frame lasts to the next multiple. The caller sends and begins
-frames (``send``, ``begin``). A sample that is too old is none: the loop has the position last seen
-and no velocity.
+frames (``send``, ``begin``). Without a sample the position stays the last one, with no velocity.
 """
 
 import math

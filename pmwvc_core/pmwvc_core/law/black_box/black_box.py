@@ -9,11 +9,9 @@
 
 The line is the environment's own where it reports its slope, else the learned one (:mod:`.secant`)
 or F' = F(n-1) (``late``). (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd),
-the power of decoding with another force than F, which :mod:`.compensations` treat. While the
-environment does not answer the port is a matched damper (v = 0).
-
-The waves move the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns
-repays 0.3 of the difference in the next step. Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
+the power of decoding with another force than F, which :mod:`.compensations` treat. The waves move
+the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns repays 0.3 of the
+difference in the next step. Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """
 
 from typing import Any, NamedTuple
@@ -166,7 +164,7 @@ def _give(
     return s._replace(there=True, x=port.x_s, f=a.f), port
 
 
-@server_port.environment_energies.member(BlackBoxParams)
+@server_port.scene_energies.member(BlackBoxParams)
 def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
     e = s.body.accounts
     stored: Vector = (
@@ -180,6 +178,5 @@ def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
 def _shown(p: BlackBoxParams, s: SharedScene, user: int) -> server_port.PortShown:
     port = s.ports[user]
     touches = port.avatar.present and port.avatar.f != zero(port.avatar.f)
-    return server_port.PortShown(
-        port.v_s, touches, learned(s.body.users[user].secant) if p.learns else 0.0
-    )
+    ratio = learned(s.body.users[user].secant) if p.learns else 0.0
+    return server_port.PortShown(port.v_s, touches, ratio)

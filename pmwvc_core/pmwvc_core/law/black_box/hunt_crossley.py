@@ -3,8 +3,7 @@
 """A soft body that stands still, after Hunt and Crossley: F = K d^n (1 + c d') while d > 0.
 
 d is the depth in the face of the user's own side; along the face nothing holds. It never pulls.
-Who comes in inside begins without force: there the face is as deep as that. Moved by h xd with d'
-= xd it gives out no more than it got: K d^n is the slope of a convex potential.
+Who comes in inside begins without force: there the face is as deep as that.
 """
 
 from typing import NamedTuple

@@ -3,11 +3,10 @@
 """Environments that are known by their forces only; here wall and cube, with the contact laws of
 the other couplings.
 
-The wall uses the force at the end of a step and moves by h xd (backward Euler), so K e(n) [e(n) -
-e(n-1)] is at least the gain of its spring. Of a sloped wall the port knows K dt + B in contact
-(App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along axis 0. The cube moves by the
-midpoint rule with the mean force over the step (:mod:`.coupling`): sum f_i xd_i h is stored or
-heat. Positions and velocities are those of the avatars at the end of the step.
+The wall uses the force at the end of a step and moves by h xd (backward Euler). Of a sloped wall
+the port knows K dt + B in contact (App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along
+axis 0. The cube moves by the midpoint rule with the mean force over the step (:mod:`.coupling`).
+Positions and velocities are those of the avatars at the end of the step.
 """
 
 import math

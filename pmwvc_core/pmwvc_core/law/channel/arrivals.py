@@ -144,14 +144,11 @@ def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[Strict
 
 
 def _needed_j(s: Playout, p: PlayoutParams) -> float:
-    """Return the free energy that makes up what is undelivered beside the present wave, and fills
-    the store [J].
-    """
+    """Return the free energy that makes up what is undelivered, and fills the store [J]."""
     needed_j = p.keep_j
     if squared(s.undelivered) > FEW**2:
-        needed_j = (
-            max(needed_j, 0.0) + SPARED_J + s.raised * length(s.undelivered) * length(s.wave)
-        )
+        repaid_j = s.raised * length(s.undelivered) * length(s.wave)
+        needed_j = max(needed_j, 0.0) + SPARED_J + repaid_j
     return needed_j
 
 

@@ -11,8 +11,8 @@ Where the device measures its own velocity, xd^ is that, and e counts beyond hal
 = ``TRACKED``), at most one count since the last; it grows only with a count and in its direction.
 
 The work is counted over a position z: ``EDGE`` of the way from x^ to the edge crossed last, and x
-itself for ``SLOW_S`` after a jump of several counts. The count is the smallest step seen; below
-``LEAST_M`` the position counts as exact. Equations: docs/theory.md 17.6, 17.9, 17.21.
+itself for ``SLOW_S`` after a jump of several counts. The count is the smallest step seen.
+Equations: docs/theory.md 17.6, 17.9, 17.21.
 """
 
 from typing import NamedTuple

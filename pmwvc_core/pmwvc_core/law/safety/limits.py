@@ -12,13 +12,11 @@ Research software: not a certified safeguard.
   what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` damping and
   brake are let go over ``LET_GO_S``;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
-* **device silent**: no force while the device senses nothing; after ``LOST_S`` a fault, which ends
-  with the next sample;
+* **device silent**: no force; after ``LOST_S`` a fault, which ends with the next sample;
 * a value that is not a finite number counts as a force of zero;
 * **fault**: above ``fault_velocity`` the force goes to zero, at the same slew, until ``rearm``.
 
-On the strict channel a brake holds the hand while no waves come (:mod:`.brakes`).
-Equations: docs/theory.md 10.2.
+On the strict channel a brake holds the hand (:mod:`.brakes`). Equations: docs/theory.md 10.2.
 """
 
 from typing import NamedTuple

@@ -169,7 +169,7 @@ def _give(
 
 
 # (p, s) -> energies [J]: kinetic, potential, and the accounts of the environment
-environment_energies = Family("environment_energies")
+scene_energies = Family("scene_energies")
 port_shown = Family("port_shown")  # (p, s, user) -> PortShown
 
 
@@ -198,7 +198,7 @@ def potential_j(s: SharedScene) -> float:
     return total
 
 
-@environment_energies.member(EnvironmentParams)
+@scene_energies.member(EnvironmentParams)
 def _energies(p: EnvironmentParams, s: SharedScene) -> Vector:
     return (kinetic_j(s.body, p.body), potential_j(s), brakes_j(s.ports))
 

@@ -13,8 +13,7 @@ Virtual coupling: spring and damper between device and avatar, at 1 kHz on the d
 
     F_m = K_c (x_m - p) + B_c (xd_m - p')          p: avatar, in the device's frame, as received
     f_s = K_c (x_m - p) + B_c (xd_m - p')          x_m: device, as received
-
-p' is the avatar's mean velocity between the last two packets.
+    p'  the avatar's mean velocity between the last two packets
 """
 
 from typing import NamedTuple

@@ -223,8 +223,8 @@ def _moved(
     return UserPort(avatar, kept, s.offset, x_s, answer.wave, u_j, v_j, sent_j, extra, 1.0), lost_j
 
 
-@server_port.environment_energies.member(AvatarEndParams)
-def _environment_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
+@server_port.scene_energies.member(AvatarEndParams)
+def _scene_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
     kept = accounts(s.ports[0].brake, p.laws[0])
     for i in range(1, len(s.ports)):
         kept = each(add, (kept, accounts(s.ports[i].brake, p.laws[i])))

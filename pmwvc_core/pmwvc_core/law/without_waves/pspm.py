@@ -25,15 +25,7 @@ from pmwvc_core.law.family import accounts
 from pmwvc_core.law.safety.brakes import released_brake
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, zero
 from pmwvc_core.law.without_waves import ends
-from pmwvc_core.law.without_waves.ends import (
-    AvatarAnswer,
-    AvatarStep,
-    DeviceEnd,
-    DeviceEndParams,
-    FromServer,
-    avatar_moved,
-    pulled_avatar,
-)
+from pmwvc_core.law.without_waves.ends import AvatarAnswer, DeviceEndParams, pulled_avatar
 
 
 class Pspm(NamedTuple):
@@ -101,7 +93,9 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
 
 
 @ends.device_moved.member(PspmDevice)
-def _moved(s: PspmDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> PspmDevice:
+def _moved(
+    s: PspmDevice, was: ends.DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
+) -> PspmDevice:
     """Count the work that the force applied last has done until here."""
     q, work_j = s.spring.q if s.coupled else x, dot(was.f, minus(x, was.x))
     return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
@@ -109,14 +103,16 @@ def _moved(s: PspmDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndPar
 
 @ends.device_sends.member(PspmDevice)
 def _send(
-    s: PspmDevice, end: DeviceEnd, frame_s: float, p: DeviceEndParams
+    s: PspmDevice, end: ends.DeviceEnd, frame_s: float, p: DeviceEndParams
 ) -> tuple[PspmDevice, Sent]:
     spring = divided(s.spring, p.law)
     return s._replace(spring=spring), Sent(end.xd, end.x, spring.sent_j, ())
 
 
 @ends.device_answer.member(PspmDevice)
-def _aim(s: PspmDevice, end: DeviceEnd, came: FromServer, p: DeviceEndParams) -> PspmDevice:
+def _aim(
+    s: PspmDevice, end: ends.DeviceEnd, came: ends.FromServer, p: DeviceEndParams
+) -> PspmDevice:
     spring = taken_in(s.spring, came.received_j)
     if came.silent:
         return PspmDevice(spring_let_go(spring, end.x), False)
@@ -124,7 +120,7 @@ def _aim(s: PspmDevice, end: DeviceEnd, came: FromServer, p: DeviceEndParams) ->
 
 
 @ends.device_force.member(PspmDevice)
-def _force(s: PspmDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
+def _force(s: PspmDevice, end: ends.DeviceEnd, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
     pull = scaled(minus(end.x, s.spring.q), p.law.stiffness)
     return s, plus(scaled(end.xd, p.law.damping), pull) if s.coupled else zero(end.x)
 
@@ -145,9 +141,9 @@ def _released(s: ModulatedSpring) -> ModulatedSpring:
     return s._replace(placed=False)
 
 
-@avatar_moved.member(Pspm)
+@ends.avatar_moved.member(Pspm)
 def _pulled(
-    p: Pspm, kept: ModulatedSpring, step: AvatarStep
+    p: Pspm, kept: ModulatedSpring, step: ends.AvatarStep
 ) -> tuple[ModulatedSpring, AvatarAnswer]:
     """Move the set point, then the avatar; one that has just joined begins where it is."""
     spring = kept if kept.placed else spring_let_go(kept, step.x_s)

@@ -14,9 +14,8 @@ device and by giving way at the avatar::
 
     F += a xd,   a = min(dE/(h |xd|^2), damping_max),        xd_s -= (dE/(h |f|^2)) f
 
-At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}), and the damper
-fades over ``fade_s``. The drift of the avatar is made up by a share per step under the same
-observer (after Coelho et al. 2019).
+At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}). The drift of the
+avatar is made up by a share per step under the same observer (after Coelho et al. 2019).
 """
 
 from typing import NamedTuple
