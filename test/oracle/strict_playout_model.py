@@ -51,6 +51,7 @@ class PlayedWave:
     def __init__(self, dof, *, lent_once_j, fastest_repaid, grows_s, steps=1):
         self.dof, self.e0_j, self.steps, self.raised = dof, lent_once_j, steps, 1.0
         self.fastest_repaid, self.grows_s = fastest_repaid, grows_s
+        self.keeps_j = 2.5 * MS - lent_once_j
         self.came_j = self.out_j = self.passed_j = self.dropped_j = 0.0
         self.on_loan_j = 0.0
         self.begin()
@@ -78,15 +79,19 @@ class PlayedWave:
 
     @property
     def wants_j(self):
-        wants_j = max(5 * MS - self.e0_j, 0.0)  # 17.25: the hand fills what is not lent
+        wants_j = self.keeps_j  # 17.25: the hand fills it up to 2.5 mJ
         if self.owed @ self.owed > 5e-4**2:
             newest = math.sqrt(self.newest_wave @ self.newest_wave)
-            wants_j += 0.1 * MS + self.raised * math.sqrt(self.owed @ self.owed) * newest
+            wants_j = (
+                max(wants_j, 0.0)
+                + 0.1 * MS
+                + self.raised * math.sqrt(self.owed @ self.owed) * newest
+            )
         return wants_j
 
     @property
     def lacks(self):
-        return bool(self.free_j < self.wants_j and self.wants_j > 0.0)
+        return bool(self.free_j < self.wants_j)
 
     def hand_out(self, most_j, *, keeps_j=0.0):
         given = max(min(self.free_j - keeps_j, most_j), 0.0)
@@ -193,10 +198,12 @@ class PlayedWave:
             wave = wave * math.sqrt(2.0 * most_w / (wave @ wave))
             self._owe(due - wave * h)
         if self.anything_owed and self.calm_s > 0.1:
-            wave = wave + self._made_up(wave, max(free_j, 0.0) / self.raised, h)
+            wave = wave + self._made_up(
+                wave, max(free_j - min(self.keeps_j, 0.0), 0.0) / self.raised, h
+            )
         spent_j = 0.5 * h * self.raised * float(wave @ wave)
         self.out_j += spent_j
-        self.on_loan_j = min(self.on_loan_j, max(spent_j - free_j, 0.0))
+        self.on_loan_j = min(max(self.on_loan_j, -self.keeps_j), max(spent_j - free_j, 0.0))
         if free_j > 0.05 and self.owed @ self.owed <= 5e-4**2:
             self.dropped_j += max(self.free_j - 0.05, 0.0)
         return wave

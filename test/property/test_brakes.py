@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from support.law_rigs import Users
 
 from pmwvc_core.law.safety.brakes import (
-    AVATAR_RETURN_S,
     MEAN_S,
     RATIO,
+    SETTLE_S,
     STALL_S,
     AvatarBrake,
     brake_push,
@@ -179,6 +179,6 @@ def test_a_wave_that_pushes_meets_no_brake():
     ratios = [ratio(0.0, True) for _ in range(6)]
     assert ratios[0] < 10.0 and ratios[-1] > 100.0  # a wait of one step stops no moving object
     assert ratio(1.0, True) == 1.0
-    for _ in range(round(AVATAR_RETURN_S / PERIOD_S) + 1):
+    for _ in range(round(SETTLE_S / PERIOD_S) + 1):
         last = ratio(0.0, False)
     assert last == 1.0

@@ -171,10 +171,10 @@ class World:
             if not up:
                 self.ears.take([packet], self.now_ns)
                 continue
-            true = self.index.get(id(packet))
+            true, epoch = self.index.get(id(packet)), packet.epoch
+            # a forged one has a share of what its true sender had paid by then
+            self.came_j[epoch] = max(self.came_j.get(epoch, 0.0), packet.energy)
             if true is not None:
-                epoch = packet.epoch
-                self.came_j[epoch] = max(self.came_j.get(epoch, 0.0), packet.energy)
                 self.came[epoch] = max(self.came.get(epoch, 0.0), packet.integral)
             taken = self.end.push(packet, self.now_ns)
             if taken is None:

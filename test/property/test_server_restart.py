@@ -94,7 +94,7 @@ def test_a_restart_at_any_time_takes_nothing_from_a_passive_link(dead, away, unr
     assert entry.up.balance_j[after][0] < entry.up.balance_j[~after].max() + 2e-3
 
 
-LEAK_J, LEAK_S = 1e-3, 3.6
+LEAK_J, LEAK_S = 2e-3, 3.6
 
 
 def leaking(way):
@@ -117,7 +117,7 @@ def test_a_millijoule_that_is_made_after_a_restart_is_found(way):
     found = ports(*leaking(way))[way]
     assert found.passive is False
     assert found.since_s == pytest.approx(LEAK_S, abs=0.02)
-    assert found.least_j == pytest.approx(-LEAK_J, abs=0.2e-3)
+    assert found.least_j == pytest.approx(-LEAK_J, abs=0.15 * LEAK_J)
 
 
 def test_what_died_with_a_server_would_hide_it(monkeypatch):
@@ -133,7 +133,7 @@ def test_a_server_that_was_started_again_gives_out_nothing_that_the_one_before_h
     assert before.passive
     taken_j = server.energy_u_s[0] - server.energy_v_s[0]
     held_j = taken_j[299]  # spring and damper
-    assert held_j > 5e-4
+    assert held_j > 4e-4
     own_j = taken_j[-1] - held_j  # of the new server
     server.energy_v_s[0][server.time_s > LEAK_S] += own_j + 0.5 * held_j
     (after,) = passivity(traces, scenario, None).of("server")
@@ -147,7 +147,7 @@ def test_steps_that_a_killed_server_did_not_record_are_found_in_its_packets():
     server = traces.server
     kept = np.r_[0:257, 260 : len(server.step)]  # three steps were sent and not recorded
     lost_j = server.energy_v_s[0][259] - server.energy_v_s[0][256]
-    assert lost_j > 1e-5
+    assert lost_j > 4e-6
     for name in ("time_s", "step", "periods_s"):
         setattr(server, name, getattr(server, name)[kept])
     for name in (*ENERGIES, "f_s", "xd_s"):

@@ -148,7 +148,7 @@ def test_a_device_is_sent_the_position_of_its_avatar_without_what_it_has_slid():
 TIMES_S = [0.0, 0.2, 0.5, 1.6, 2.0, 2.6, 3.0, 4.4]
 PLACES_M = [0.0, 0.0, 0.016, 0.016, -0.02, -0.02, 0.016, 0.016]
 OUTAGE_S, INSIDE_S, FREE_S, END_S = 1.0, 1.6, 2.6, 4.4
-ROUND_TRIP_S = 0.016 + 0.016 + 0.008  # link both ways, one step of the server
+ROUND_TRIP_S = 0.016 + 0.016 + 0.008 + 0.0035  # link both ways, one step of the server, ramp
 
 
 def rejoined(folder, duration_s=END_S):

@@ -29,7 +29,9 @@ def stalled(stalls, *more):
     ran_ns = np.arange(TICKS, dtype=np.int64) * 1_000_000
     for start, ticks in stalls:
         ran_ns[start : start + ticks] = -1
-    traces = simulate_one(scenario, Conditions(schedule=LIVE, ran_ns={"user1": ran_ns}))
+    with pytest.MonkeyPatch.context() as patch:  # the hand is not asked to fill a store
+        patch.setattr("pmwvc_core.made.user.TANK_J", 0.0)
+        traces = simulate_one(scenario, Conditions(schedule=LIVE, ran_ns={"user1": ran_ns}))
     (user,) = traces.users  # blocks have numbers on a recording: none is missing
     numbers = 1 + np.arange(len(user.block_time_s))
     return scenario, replace(traces, users=[replace(user, block_number=numbers)])
@@ -68,7 +70,7 @@ def test_the_force_that_stays_on_is_what_goes_beyond():
     found = judged(scenario, traces)
     (port,) = [each for each in found["passivity"]["ports"] if each["passive"] is False]
     # in the rest of the block the device came back some of the way
-    assert 0.4 * still.given_j < port["held_j"] <= still.given_j
+    assert 0.3 * still.given_j < port["held_j"] <= still.given_j
     _, calm = stalled([])
     assert judged(scenario, calm)["passivity"]["components"] == []
     (user,) = calm.users

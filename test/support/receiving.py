@@ -99,7 +99,7 @@ class Playing:
         return value(wave)
 
     def spared(self, h, wanted):
-        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted))
+        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted), self.p)
         return energy_j
 
     def pass_by(self, lasted_s):

@@ -120,6 +120,9 @@ def test_deficit_of_packets_is_rendered_as_damping_and_no_force_at_rest(share):
     port.step(0.0, 0.0)
     port.applied(0.0)
     port.s = port.s._replace(deficit_j=share * MUCH_J)
+    for _ in range(500):  # it comes within MEND_S
+        port.step(1e-9, 0.02)
+        port.applied(0.0)
     assert port.step(1e-9, 0.02) == pytest.approx((1.0 + min(share, 1.0) * MORE) * B * 0.02)
     port.applied(0.0)
     assert port.step(1e-9, 0.0) == 0.0

@@ -170,7 +170,11 @@ def _gone(
         port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     wave = scaled(port.v_s, 1.0 / math.sqrt(s.following.ratio))
     sent = Sent(
-        wave, minus(port.x_s, port.offset), sum_j(port, q.arrivals.plays_on), port.extra, int(s.following.level)
+        wave,
+        minus(port.x_s, port.offset),
+        sum_j(port, q.arrivals.plays_on),
+        port.extra,
+        int(s.following.level),
     )
     packing, packet, sends = pack(
         packing, sent, period_s, now_ns, news(arrivals, q.arrivals), s.anew, False,

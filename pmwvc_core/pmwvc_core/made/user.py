@@ -83,9 +83,7 @@ def arrivals_params(
         float(largest_wave(b, waves=has_waves(session.controller))),
         is_zeroing(session.controller, session.channel),
         is_strict(session.controller, session.channel),
-        PlayoutParams(
-            float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j, max(TANK_J - store_j, 0.0)
-        ),
+        PlayoutParams(float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j, TANK_J - store_j),
     )
 
 
@@ -116,8 +114,7 @@ def made_user(
     stiffness = brake_stiffness(impedances.smallest(b)) if strict else 0.0
     reach = LARGEST if workspace_m is None else REACH * workspace_m
     of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
-    steps = max(round(packet_s / tick_s), 1)
-    arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s, steps)
+    arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     limits = Limits(nothing, loose_brake(nothing), of_limits.timeout_s)
     s = ForceLoop(
         0, 0, master.rate_drop, master.frame_s, Packing(*(nothing,) * 3), arrivals, packet, 0,

@@ -150,7 +150,7 @@ class MasterParams(Validated):
     impedance_matrix: str = fixed(
         "", "-", "positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)"
     )
-    contact_impedance: float | None = parameter(
+    contact_impedance: float | None = fixed(
         None, "0.01..1000 N s/m", "b in contact, >= impedance (null: the same; strict channel)"
     )
     rate_drop: int = parameter(

@@ -74,7 +74,6 @@ class StrictArrivals(NamedTuple):
     position: Vector  # [m] of the newest packet
     wanted: bool  # the other end lacks energy
     received_j: float  # by how much the sums have grown
-    steps: int  # over which the playout takes means
 
 
 def _plays_on(s: Any, h: float, p: Any) -> tuple[Any, Vector]:
@@ -109,20 +108,18 @@ interrupted = Family("interrupted", never)  # (s, now_ns) -> this end brakes
 @opened.member(StrictArrivals)
 def _opened(s: StrictArrivals) -> StrictArrivals:
     q = s.playout
-    return s._replace(playout=resting_playout(zero(s.position), q.moved, q.raised, s.steps))
+    return s._replace(playout=resting_playout(zero(s.position), q.moved, q.raised))
 
 
 def start_of(
-    strict: bool, axes: int, timeout_s: float, period_s: float, steps: int = 1
+    strict: bool, axes: int, timeout_s: float, period_s: float
 ) -> PlainArrivals | StrictArrivals:
-    """Return arrivals before the first packet, which come every so often [s]; a playout takes the
-    mean of so many steps.
-    """
+    """Return arrivals before the first packet, which come every so often [s]."""
     limit_ns, nothing = round(max(timeout_s, 3.0 * period_s) * 1e9), (0.0,) * axes
     silence, counting = Silence(limit_ns, period_s), Counting(nothing, period_s, period_s)
     if strict:
-        playout = resting_playout(nothing, Energies(), steps=steps)
-        return StrictArrivals(silence, playout, counting, nothing, False, 0.0, steps)
+        playout = resting_playout(nothing, Energies())
+        return StrictArrivals(silence, playout, counting, nothing, False, 0.0)
     return PlainArrivals(silence, nothing, nothing, False, 0.0, 0.0)
 
 
@@ -152,9 +149,7 @@ def _segment(s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) 
         playout = begin(playout)
     playout = add(playout, moved, paid_j, lasted_s)
     received_j = s.received_j + paid_j
-    return StrictArrivals(
-        silence, playout, counting, packet.position, packet.short, received_j, s.steps
-    )
+    return StrictArrivals(silence, playout, counting, packet.position, packet.short, received_j)
 
 
 @wave_of.member(PlainArrivals)
@@ -172,18 +167,19 @@ def _wave_strict(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[Strict
 
 def _needed_j(s: Playout, p: PlayoutParams) -> float:
     """Return the free energy that makes up what is undelivered beside the present wave, and fills
-    the store that was not lent [J].
+    the store [J].
     """
-    needed_j = p.filled_j
+    needed_j = p.keep_j
     if squared(s.undelivered) > FEW**2:
-        needed_j += SPARED_J + s.raised * length(s.undelivered) * length(s.wave)
+        needed_j = (
+            max(needed_j, 0.0) + SPARED_J + s.raised * length(s.undelivered) * length(s.wave)
+        )
     return needed_j
 
 
 def is_short(s: Playout, p: PlayoutParams) -> bool:
-    """Tell whether energy is needed, and there is less than that."""
-    needed_j = _needed_j(s, p)
-    return needed_j > 0.0 and free_j(s) < needed_j
+    """Tell whether there is less energy than is needed."""
+    return free_j(s) < _needed_j(s, p)
 
 
 def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:

@@ -13,11 +13,10 @@ newest one and beyond it by that one's wave w^. With U(p) the integral up to p, 
     free        = received - given - released - discarded - reserve of what is still to be played
     wave        = ramp/h, shortened to n |wave|^2 h/2 <= E0 + free, beyond e to h/MEND_S of that;
                   where nothing is predicted, mended or raised, E0 is what was lent before
-    undelivered <- undelivered + ramp - wave h     made up out of free energy alone
+    undelivered <- undelivered + ramp - wave h     made up, but not out of the last TANK_J of E0
 
-The ramp takes the steps of the sender's frames out of the force; it has the same displacement,
-(N - 1)/2 steps later, and no more energy. n is the ratio of the present impedance to that of free
-motion, whose waves these are (:mod:`pmwvc_core.law.wave.following`).
+The ramp (:mod:`.ramp`) takes the sender's frames out of the force. n is the ratio of the present
+impedance to that of free motion, whose waves these are (:mod:`pmwvc_core.law.wave.following`).
 
 A late segment settles its part q = min(c, dt) of the c seconds concealed::
 
@@ -46,6 +45,7 @@ from pmwvc_core.law.channel.pace import (
     pace_step,
     played_to,
 )
+from pmwvc_core.law.channel.ramp import Asked, Ramp, changed_ramp, ramp_step, resting_ramp
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
 
@@ -62,13 +62,6 @@ class Energies(NamedTuple):
     lent_j: float = 0.0  # of E0
 
 
-class Asked(NamedTuple):
-    """What a step asked for: integral [sqrt(W) s], and the reserve of what came of it [J]."""
-
-    integral: Vector
-    reserve_j: float
-
-
 class Playout(NamedTuple):
     """See the module; waves [sqrt(W)] and their integrals [sqrt(W) s]."""
 
@@ -83,9 +76,7 @@ class Playout(NamedTuple):
     since_s: float  # since the last wait
     moved: Energies
     raised: float  # n
-    ramp: list[Asked]  # of the last N steps
-    sum: Asked  # of them
-    left: Asked  # of them, still to be given out
+    ramp: Ramp
 
 
 class PlayoutParams(NamedTuple):
@@ -94,16 +85,14 @@ class PlayoutParams(NamedTuple):
     most_repaid: float  # longest wave that makes up what is undelivered [sqrt(W)]
     rises_s: float  # in which it grows so long
     store_j: float  # E0
-    filled_j: float = 0.0  # free energy that the hand is asked to fill it up to
+    keep_j: float = 0.0  # free energy that the hand is asked to fill it up to; below zero: of E0
 
 
-def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0, steps: int = 1) -> Playout:
+def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
-    knots, nothing = [Knot(0.0, rest, 0.0)], Asked(rest, 0.0)
-    ramp = [nothing for _ in range(steps)]
+    knots, ramp = [Knot(0.0, rest, 0.0)], resting_ramp(rest, 1)
     return Playout(
-        RESTING_PACE, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp,
-        nothing, nothing,
+        RESTING_PACE, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp
     )  # fmt: skip
 
 
@@ -111,7 +100,7 @@ def begin(s: Playout) -> Playout:
     """Drop what is in store, undelivered and free, for other segments to come. A debt stays."""
     m = s.moved
     moved = m._replace(discarded_j=m.discarded_j + max(_balance_j(m), 0.0))
-    return resting_playout(zero(s.undelivered), moved, s.raised, len(s.ramp))
+    return resting_playout(zero(s.undelivered), moved, s.raised)
 
 
 def _balance_j(m: Energies) -> float:
@@ -121,7 +110,7 @@ def _balance_j(m: Energies) -> float:
 
 def free_j(s: Playout) -> float:
     """Return the energy beyond what segments in store need; below zero: taken from E0 [J]."""
-    return _free_j(s.moved, s.knots, s.played_j) - s.left.reserve_j
+    return _free_j(s.moved, s.knots, s.played_j) - s.ramp.left.reserve_j
 
 
 def _free_j(m: Energies, knots: Knots, played_j: float) -> float:
@@ -131,7 +120,7 @@ def _free_j(m: Energies, knots: Knots, played_j: float) -> float:
 def waiting(s: Playout) -> Vector:
     """Return the integral that has arrived and is not given out [sqrt(W) s]."""
     in_store = minus(s.knots[len(s.knots) - 1].integral, s.played)
-    arrived = plus(plus(in_store, s.left.integral), s.undelivered)
+    arrived = plus(plus(in_store, s.ramp.left.integral), s.undelivered)
     return minus(plus(arrived, s.mistaken), s.guessed)
 
 
@@ -162,25 +151,8 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
     moved = moved._replace(received_j=moved.received_j + energy_j)
     return Playout(
         pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved, s.raised,
-        s.ramp, s.sum, s.left,
+        s.ramp,
     )  # fmt: skip
-
-
-def _ramped(s: Playout, asked: Asked) -> tuple[Asked, list[Asked], Asked, Asked]:
-    """Return the mean of the last steps, and what becomes of ramp, sum and left."""
-    if len(s.ramp) == 1:
-        return asked, s.ramp, s.sum, s.left
-    first, part = s.ramp[0], 1.0 / len(s.ramp)
-    sum_ = Asked(
-        minus(plus(s.sum.integral, asked.integral), first.integral),
-        s.sum.reserve_j + asked.reserve_j - first.reserve_j,
-    )
-    mean = Asked(scaled(sum_.integral, part), sum_.reserve_j * part)
-    left = Asked(
-        minus(plus(s.left.integral, asked.integral), mean.integral),
-        s.left.reserve_j + asked.reserve_j - mean.reserve_j,
-    )
-    return mean, [*s.ramp[1:], asked], sum_, left
 
 
 def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
@@ -197,13 +169,13 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     to, to_j = played_to(s.knots, pace.store_s)
     guess, mended = scaled(s.wave, beyond_s), scaled(s.mistaken, min(h / MEND_S, 1.0))
     wanted = Asked(plus(plus(minus(to, before), guess), mended), to_j - before_j)
-    mean, ramp, sum_, left = _ramped(s, wanted)
+    ramp, mean = ramp_step(s.ramp, wanted)
     asked = mean.integral
     lent_j = m.lent_j
     if beyond_s > 0.0 or not within(mended, SETTLED) or s.raised > 1.0:
         lent_j = p.store_j
     since_s = 0.0 if pace_brakes(pace) else s.since_s + h
-    wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j) - left.reserve_j
+    wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j) - ramp.left.reserve_j
     power = max(free + lent_j, 0.0) / half_j
     if beyond_s > 0.0:
         power *= h / max(h, MEND_S)
@@ -212,22 +184,31 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
         undelivered = plus(undelivered, minus(asked, scaled(wave, h)))
     since = (since_s - SETTLE_S) * (1.0 / p.rises_s)
     if since > 0.0 and not within(undelivered, SETTLED):
-        most = max(free, 0.0) / half_j
+        most = max(free - min(p.keep_j, 0.0), 0.0) / half_j
         wish = repayment(undelivered, wave, 0.5 * h * most)
         wish = shortened(wish, p.most_repaid * min(since, 1.0))
         repaid, _ = affordable(wave, wish, most - squared(wave))
         undelivered = minus(undelivered, scaled(repaid, h))
         wave = plus(wave, repaid)
     spent_j = half_j * squared(wave)
-    lent_j, discarded_j = min(lent_j, max(spent_j - free, 0.0)), m.discarded_j
+    lent_j = min(max(lent_j, -p.keep_j), max(spent_j - free, 0.0))
+    discarded_j = m.discarded_j
     if squared(undelivered) <= FEW**2:
         discarded_j += max(free - spent_j - MOST_J, 0.0)
     moved = Energies(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
     s = Playout(
         pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
-        undelivered, since_s, moved, s.raised, ramp, sum_, left,
+        undelivered, since_s, moved, s.raised, ramp,
     )  # fmt: skip
     return s, wave
+
+
+def with_steps(s: Playout, steps: int) -> Playout:
+    """Take the mean of so many steps; what is due thereby is given out within ``MEND_S``."""
+    if steps == len(s.ramp.asked):
+        return s
+    ramp, due = changed_ramp(s.ramp, steps)
+    return s._replace(ramp=ramp, mistaken=plus(s.mistaken, due))
 
 
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:

@@ -32,7 +32,14 @@ from typing import Any, NamedTuple
 from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, spared
 from pmwvc_core.law.channel.constants import MEND_S
 from pmwvc_core.law.channel.packet import Packet, Sent
-from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, take_back, waiting
+from pmwvc_core.law.channel.playout import (
+    PlayoutParams,
+    free_j,
+    play,
+    take_back,
+    waiting,
+    with_steps,
+)
 from pmwvc_core.law.family import opened
 from pmwvc_core.law.port import master
 from pmwvc_core.law.port.counts import LEAST_M, Counts, counts, resting_counts, rough_count
@@ -188,8 +195,10 @@ def _tick(
     """Return the force wanted for the tick that starts with this motion [N]."""
     s = _settle(s, x, xd, p)
     node_j, b, x, xd = s.node_j, p.impedance, s.x, s.xd
-    raised = s.raised + (s.target - s.raised) / len(a.playout.ramp)
-    playout, v = play(a.playout._replace(raised=raised), p.tick_s, p.playout)
+    steps = max(round(a.counting.least_s / p.tick_s), 1)
+    raised = s.raised + (s.target - s.raised) / steps
+    playout = with_steps(a.playout, steps)._replace(raised=raised)
+    playout, v = play(playout, p.tick_s, p.playout)
     if node_j < 0.0:
         # What is free in the playout goes to the node; where it still owes too much, v waits.
         playout, released_j = release(playout, -node_j, 0.0)
