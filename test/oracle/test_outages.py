@@ -27,7 +27,7 @@ SPARED = ("channel__arrivals__spared", "port__strict_master__spared")
 BEGIN_S, LEAST_J = 6.0, -1e-9
 DELAY_S, STEP_S = 0.016, 0.008
 ROUND_TRIP_S = 2 * (DELAY_S + STEP_S)
-# The end that is told is the later one; the last wave is under way, loops look once in a step.
+# The end that is told is the later one; a wave is on its way, and loops look once in a step.
 BRAKED_S = 2 * DELAY_S + REPORTED_S + SafetyParams().timeout_s + 3 * STEP_S
 OUTAGES = {
     "up": ("link.up", 0.5),
