@@ -68,9 +68,7 @@ METHODS = {
     method.name: method
     for method in (
         Method("strict", STRICT, (IMPEDANCE, SILENCE)),
-        Method(
-            "strict_following", (*STRICT, "master.contact_impedance=90"), (IMPEDANCE, SILENCE)
-        ),
+        Method("strict_following", (*STRICT, "master.contact_impedance=90"), (IMPEDANCE, SILENCE)),
         Method("plain", ("controller=pmwvc", "channel=plain"), WAVES),
         Method("zeroing", ("controller=pmwvc", "channel=zeroing"), WAVES),
         *map(_baseline, ("direct", "virtual_coupling", "tdpa", "pspm")),

@@ -146,7 +146,7 @@ def _come(
         else:
             unreceived = is_unreceived(arrivals.silence, now_ns)
             presence, brakes = COUPLED, interrupted(arrivals, now_ns)
-            if silent or unreceived:
+            if unreceived or (silent and (brakes or not q.arrivals.plays_on)):
                 presence = DAMPING
     came = Came(
         scaled(wave, math.sqrt(following.ratio)),
