@@ -3,6 +3,7 @@
 """Faults of the network in virtual time: a cube is carried meanwhile, on the strict channel."""
 
 import functools
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -164,7 +165,9 @@ def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
         _balance(session),
         (
             damped_s <= DAMPED_S or end_s - begin_s < OUTAGE_S,
-            f"damping at both ends after {1e3 * damped_s:.0f} ms",
+            f"damping at both ends after {1e3 * damped_s:.0f} ms"
+            if math.isfinite(damped_s)
+            else "concealed, without damping",
         ),
         (
             back_m <= allowed_m,
