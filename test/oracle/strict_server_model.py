@@ -119,7 +119,8 @@ class ServerModel:
             self._leave(user)
         port = SimpleNamespace(user=user, u=u, n=1.0, v=np.zeros(self.dof), lasting=0.0)
         if user.there:
-            port.damped = user.inbox.silent(now_ns) or user.inbox.unheard(now_ns)
+            silent = user.inbox.silent(now_ns) and user.inbox.interrupted(now_ns)
+            port.damped = silent or user.inbox.unheard(now_ns)
             user.friction.step(user.inbox.interrupted(now_ns), user.f)
             port.n = user.firmness(u)
         port.b, port.u1 = port.n * user.b * user.wave.raised, u / math.sqrt(port.n)

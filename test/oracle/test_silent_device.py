@@ -62,8 +62,11 @@ def test_a_hand_that_moves_has_its_avatar_back_three_seconds_later(begin_s):
 
 
 def test_a_hand_that_rests_cannot_be_pressed_back_by_what_is_passive():
-    """Its arm, a spring k, needs (F0^2 - F1^2)/(2 k) to stand where it stood; nobody has that."""
-    scenario, traces = carry(8.0, "task.kind=hold")
+    """Its arm, a spring k, needs (F0^2 - F1^2)/(2 k) to stand where it stood; nobody has that
+    where no E0 is lent.
+    """
+    unlent = "master.store_j=0", "server.store_j=0"
+    scenario, traces = carry(8.0, "task.kind=hold", *unlent)
     user = traces.users[0]
     force_n = np.abs(user.f_applied[:, 0])
     before_n, after_n = force_n[7900], force_n[-1]

@@ -76,7 +76,7 @@ class SendingEnd:
 
     def send(self, wave, now_ns=0, *, anew=False):
         """Add a sample; return its packet, None where the deadband holds it back."""
-        sent = Sent(vector(wave, self.dof), (0.0,) * self.dof, -1.0, ())
+        sent = Sent(vector(wave, self.dof), (0.0,) * self.dof, -1.0, (), 0)
         says = now_ns, (False, False), anew, False, 0, 0
         self.s, packet, sends = pack(self.s, sent, self.period_s, *says, self.p)
         return message(packet, 1, 0, (0, 0, 0)) if sends else None

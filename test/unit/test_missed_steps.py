@@ -11,7 +11,7 @@ from pmwvc_core.made.server import resting_server, server_params
 PERIOD_NS = 8_000_000
 
 
-REST, SENT = (0.0,), Sent((0.1,), (0.0,), -1.0, ())
+REST, SENT = (0.0,), Sent((0.1,), (0.0,), -1.0, (), 0)
 ALWAYS = Deadband(-1.0, 0.0)
 
 

@@ -17,7 +17,15 @@ from pmwvc_core.plugins import installed
 
 Settings = tuple[str, ...]  # name=value texts, as for --set
 SILENCE = ("safety.timeout_s", 0.03, 0.5)
-WAVES = (("master.impedance", 5.0, 60.0), ("master.position.gain", 0.1, 40.0), SILENCE)
+IMPEDANCE = ("master.impedance", 5.0, 60.0)
+WAVES = (IMPEDANCE, ("master.position.gain", 0.1, 40.0), SILENCE)
+# With a loan, the gain of the strict channel follows from the round trip: nothing to search.
+STRICT = (
+    "controller=pmwvc",
+    "channel=strict",
+    "master.position.adapts=true",
+    "master.position.storage_j=0.005",
+)
 
 
 @dataclass(frozen=True)
@@ -59,7 +67,8 @@ def _installed() -> list[Method]:
 METHODS = {
     method.name: method
     for method in (
-        Method("strict", ("controller=pmwvc", "channel=strict"), WAVES),
+        Method("strict", STRICT, (IMPEDANCE, SILENCE)),
+        Method("strict_following", (*STRICT, "master.contact_impedance=90"), (IMPEDANCE, SILENCE)),
         Method("plain", ("controller=pmwvc", "channel=plain"), WAVES),
         Method("zeroing", ("controller=pmwvc", "channel=zeroing"), WAVES),
         *map(_baseline, ("direct", "virtual_coupling", "tdpa", "pspm")),

@@ -10,7 +10,7 @@ from multiprocessing import Pool
 from pathlib import Path
 from typing import NamedTuple
 
-from faults.sessions import PEAK, Carried
+from faults.sessions import DAMPED_S, PEAK, Carried
 from pmwvc_analysis.traces.thresholds import BLOW_N
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -121,7 +121,7 @@ def row(delay_s: float, squeeze_n: float, ways: list[Tried]) -> str:
         _marked(peak, peak <= PEAK, digits=2),
         f"{step_n:.2f}",
         f"{1e3 * half_s:.0f}",
-        _marked(1e3 * damped_s, damped_s <= 0.1, digits=0),
+        _marked(1e3 * damped_s, damped_s <= DAMPED_S, digits=0),
     ]
     return f"| {' | '.join(cells)} |"
 

@@ -84,7 +84,7 @@ class Plugged(NamedTuple):
 @ends.device_sends.member(Plugged)
 def _send(s: Plugged, end: DeviceEnd, frame_s: float, p: DeviceEndParams) -> tuple[Plugged, Sent]:
     wave, sent_j = s.answer.wave, s.sent_j + squared(s.answer.wave) * (0.5 * frame_s)
-    return s._replace(sent_j=sent_j), Sent(wave, end.x, -1.0, s.answer.extra)
+    return s._replace(sent_j=sent_j), Sent(wave, end.x, -1.0, s.answer.extra, 0)
 
 
 @ends.device_answer.member(Plugged)

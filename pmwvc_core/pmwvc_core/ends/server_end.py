@@ -184,7 +184,7 @@ class ServerEnd(PortEnd):
             # A packet of nothing, which an answer has to echo.
             rest = zero(port.x_s)
             q = p.guests[user]
-            sent = Sent(rest, rest, sum_j(port, q.arrivals.plays_on), port.extra)
+            sent = Sent(rest, rest, sum_j(port, q.arrivals.plays_on), port.extra, 0)
             _, waits = news(guest.arrivals, q.arrivals)
             about = now_ns, (False, waits), guest.anew, False, 0, 1
             packed, packet, _ = pack(guest.packing, sent, p.period_s, *about, q.packing)

@@ -123,8 +123,9 @@ def _come(
             port, dropped_j = left(port)
             presence, lost_j = ABSENT, lost_j + dropped_j
         else:
-            presence = DAMPING if silent or unreceived else COUPLED
-            brakes = unreceived or waits(arrivals)
+            presence, brakes = COUPLED, unreceived or waits(arrivals)
+            if unreceived or (silent and (brakes or not q.arrivals.plays_on)):
+                presence = DAMPING
     wave = scaled(wave, math.sqrt(following.ratio))
     came = Came(wave, arrivals.position, brakes, arrivals.received_j, extra)
     return Guest(presence, flips, arrivals, s.packing, extra, following), port, came, lost_j

@@ -33,7 +33,6 @@ from pmwvc_core.law.wave.wave import Rows, free_velocity
 
 Vectors = tuple[Vector, ...]
 
-
 moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces, stored [J])
 # Of one user's contact, (s, there, begins, position, centre) -> s: there or not, or begun anew
 visit = Family("visit")

@@ -67,7 +67,7 @@ class Sent(NamedTuple):
     position: Vector
     energy_j: float  # running sum where the port keeps it; below zero: that of the waves sent
     extra: Vector
-    level: int = 0  # of the impedance behind it
+    level: int  # of the impedance behind it
 
 
 class Packing(NamedTuple):

@@ -101,7 +101,7 @@ def _send(
     position, wave = position_send(s.position, wave, number, p.frame_s, p.position)
     u_tx_j = s.u_tx_j + wave_j(wave, p.frame_s)
     s = s._replace(filter=after, position=position, u_tx_j=u_tx_j)
-    return s, arrivals, Sent(wave, s.x, -1.0, ())
+    return s, arrivals, Sent(wave, s.x, -1.0, (), 0)
 
 
 @port_answer.member(PlainMaster)

@@ -154,7 +154,7 @@ def _send(
         node_j=node_j - paid, deficit_j=deficit_j, withheld_j=withheld_j, due_j=0.0,
         position=position, integral=zero(s.integral), unpaid=unpaid, u_tx_j=s.u_tx_j + paid,
     )  # fmt: skip
-    return s, a._replace(playout=playout), Sent(wave, s.x, s.u_tx_j, ())
+    return s, a._replace(playout=playout), Sent(wave, s.x, s.u_tx_j, (), 0)
 
 
 @master.port_answer.member(StrictMaster)

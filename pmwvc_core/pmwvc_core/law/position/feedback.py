@@ -9,15 +9,14 @@ shorten packets, as the energy tank allows (:mod:`.energy_tank`), which begins w
 
 On the strict channel the node (:mod:`pmwvc_core.law.port.strict_master`) pays, beginning with E0.
 A tick takes at most what is free, spread over ``SPREAD_S``. Between packets the avatar's position
-follows a line, and the correction follows what is asked within ``MEND_S``. In free motion e is the
-delay of the link: it counts as far as the avatar feels a force, in full from ``FORCE_N`` on. A
-gain that adapts grows by up to ``MOST`` as less is left of E0. Equations: docs/theory.md 17.8,
-17.16.
+follows a line, and the correction changes by at most ``QUICKEST``. In free motion e is the delay
+of the link: it counts as far as the avatar feels a force, in full from ``FORCE_N`` on. A gain that
+adapts grows by up to ``MOST`` as less is left of E0. Equations: docs/theory.md 17.8, 17.16.
 """
 
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.channel.constants import MEND_S, SPREAD_S
+from pmwvc_core.law.channel.constants import SPREAD_S
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.family import Family, accounts, opened, passed, same
 from pmwvc_core.law.position.energy_tank import Tank, tank_down, tank_packet, tank_send, tank_up
@@ -33,9 +32,10 @@ from pmwvc_core.law.position.error import (
     is_news,
     is_same_avatar,
 )
-from pmwvc_core.law.vectors import Vector, between, minus, plus, scaled, squared
+from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared
 from pmwvc_core.law.wave.wave import affordable, wave_u
 
+QUICKEST = 2.0  # [sqrt(W)/s] of the correction: 14 N/s behind 25 N s/m
 MOST = 2.0  # times the gain, with less left than a share of the loan
 FULL, LEAST = 0.75, 0.25  # shares of the loan: the gain itself is used above, MOST times it below
 FORCE_N = 0.05  # at the avatar: the whole error counts; below it the square of the ratio of it
@@ -137,7 +137,8 @@ def _strict_packet(s: OnStrict, packet: Packet, there: bool, p: FeedbackParams) 
     if not is_news(s.error, packet):
         return s._replace(error=error)
     if is_same_avatar(s.error, packet):
-        left_s = packet.period_s
+        # as late as the waves of the ramp
+        left_s = packet.period_s + 0.5 * (packet.period_s - p.tick_s)
         wave = scaled(minus(packet.integral, s.integral), 2.0)
         rest = wave_u(p.impedance, minus(packet.position, s.error.x), wave)
         lasted_s = (packet.number - s.error.number) * packet.period_s
@@ -162,7 +163,7 @@ def _strict_down(
     if p.adapts and p.lent_j > 0.0:
         used = (FULL - free_j / p.lent_j) * (1.0 / (FULL - LEAST))
         wanted = scaled(wanted, 1.0 + (MOST - 1.0) * min(max(used, 0.0), 1.0))
-    wanted = between(s.change, wanted, min(p.tick_s / MEND_S, 1.0))
+    wanted = plus(s.change, shortened(minus(wanted, s.change), QUICKEST * p.tick_s))
     wanted, cost = affordable(v, wanted, max(free_j, 0.0) * (2.0 / SPREAD_S))
     spent_j = s.spent_j + cost * (0.5 * p.tick_s)
     return OnStrict(error, at, wanted, s.share, left_s, s.integral, spent_j), plus(v, wanted)

@@ -46,7 +46,7 @@ class UserPort(NamedTuple):
     v_j: float  # of the waves v_s
     account_j: float  # sum for the packets if it is kept here; below zero: that of their waves
     extra: Vector  # signals that a controller declares
-    raised: float = 1.0  # r, in the impedance of the avatar
+    raised: float  # r, in the impedance of the avatar
 
 
 class SharedScene(NamedTuple):

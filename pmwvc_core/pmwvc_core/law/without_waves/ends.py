@@ -62,7 +62,7 @@ class FromServer(NamedTuple):
 
 
 def _sent(law: Any, s: DeviceEnd, frame_s: float, p: DeviceEndParams) -> tuple[Any, Sent]:
-    return law, Sent(s.xd, s.x, -1.0, ())
+    return law, Sent(s.xd, s.x, -1.0, (), 0)
 
 
 def _passed_j(law: Any, given_j: float, taken_j: float, p: Any) -> Vector:

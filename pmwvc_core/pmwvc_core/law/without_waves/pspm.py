@@ -106,7 +106,7 @@ def _send(
     s: PspmDevice, end: ends.DeviceEnd, frame_s: float, p: DeviceEndParams
 ) -> tuple[PspmDevice, Sent]:
     spring = divided(s.spring, p.law)
-    return s._replace(spring=spring), Sent(end.xd, end.x, spring.sent_j, ())
+    return s._replace(spring=spring), Sent(end.xd, end.x, spring.sent_j, (), 0)
 
 
 @ends.device_answer.member(PspmDevice)

@@ -93,7 +93,7 @@ def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndPar
 def _send(
     s: TdpaDevice, end: DeviceEnd, frame_s: float, p: DeviceEndParams
 ) -> tuple[TdpaDevice, Sent]:
-    return s, Sent(end.xd, end.x, s.observer.in_j, ())
+    return s, Sent(end.xd, end.x, s.observer.in_j, (), 0)
 
 
 @ends.device_answer.member(TdpaDevice)
