@@ -7,8 +7,7 @@ Both ends form the waves u, v of b. Behind r b they are sqrt(r) u and sqrt(r) v:
     F = r (b xd - sqrt(2b) v),    F xd = r (|u|^2 - |v|^2)/2,    u + v = sqrt(2b) xd
 
 The server's end decides: from ``FORCE_N`` on and ``KEEP_S`` longer r rises over ``RISE_S``.
-Packets carry the level, from 0 (r = 1) to ``LEVELS`` (r = n), and the master follows within a
-packet. Equations: docs/theory.md 17.28.
+Packets carry the level, 0 (r = 1) to ``LEVELS`` (r = n). Equations: docs/theory.md 17.28.
 """
 
 from typing import NamedTuple
