@@ -10,9 +10,7 @@ While the device does not swing about a count its port gives out no more than
 and it does not while b h/m <= ``LARGEST_RATIO``, b <= ``LARGEST_IMPEDANCE`` and frames are
 ``LEAST_FRAME_S`` or longer, with a hand on the device. Neither is proved: both were measured on
 random devices, encoders, hands, contacts, links and rates, and tests repeat that. For a device
-alone (a force without an arm) no bound is known.
-
-Equations: docs/theory.md 17.22.
+alone (a force without an arm) no bound is known. Equations: docs/theory.md 17.22.
 """
 
 from typing import NamedTuple

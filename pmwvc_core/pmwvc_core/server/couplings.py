@@ -4,9 +4,6 @@
 of the energy of late decoding (App. C section 5): the library, and entry points of the groups
 ``pmwvc.couplings`` and ``pmwvc.compensations``. Their laws are in :mod:`pmwvc_core.law.server` and
 :mod:`pmwvc_core.law.black_box.compensations`.
-
-The velocity of an avatar depends on the force of its contact and the force on the velocity. A
-coupling makes the two consistent in a step of the environment.
 """
 
 from collections.abc import Callable

@@ -8,9 +8,8 @@ another. With H the filter at the tick rate, the packets of energy M T_c sum |u_
 
     g^2 = max over theta of sum_{j=0}^{M-1} |H(theta + 2 pi j / M)|^2
 
-times the energy T_c sum |u|^2 that went into the filter: the largest eigenvalue of "filter, then
-drop" times its adjoint, which is a convolution at the packet rate. Passive over infinite time
-means g^2 <= 1; a filter divided by g always is. It does not bound the energy in between.
+times the energy T_c sum |u|^2 that went into the filter. Passive over infinite time means g^2 <=
+1; a filter divided by g always is. It does not bound the energy in between.
 
 With a velocity filter (App. D) a low-pass branch goes to the environment and a share s of a
 high-pass branch is fed back at once: v = R H_LP u + s H_HP u, with R the reflection of the

@@ -6,14 +6,12 @@ A cut-off can be given in several ways; here each becomes a pole or second-order
 ``(sections, 6)`` of ``b0 b1 b2 1 a1 a2``. The filters that run are in
 :mod:`pmwvc_core.law.wave.filter_and_hold`.
 
-Butterworth filters are in closed form. The analogue prototype of order n has its poles at
-s_i = exp(j pi (2 i + n + 1)/(2 n)), i = 0 ... n - 1. Low-pass: w_c s_i, no zeros; high-pass:
-w_c / s_i and n zeros at rest. Bilinear transform: z = (2/T + s)/(2/T - s), which puts the zeros at
-z = -1 (low-pass) or z = 1 (high-pass). Each section has unit gain in its pass band; the least
-damped one comes last. These are the designs of ``scipy.signal.buttord`` and ``butter`` (tested
-against them), whose import takes seconds.
-
-Equations: docs/theory.md 2.2, 2.3, 2.4, 8.5.
+Butterworth filters are in closed form. The analogue prototype of order n has its poles at s_i =
+exp(j pi (2 i + n + 1)/(2 n)), i = 0 ... n - 1. Low-pass: w_c s_i, no zeros; high-pass: w_c / s_i
+and n zeros at rest. Bilinear transform: z = (2/T + s)/(2/T - s), which puts the zeros at z = -1
+(low-pass) or z = 1 (high-pass). Each section has unit gain in its pass band; the least damped one
+comes last. These are the designs of ``scipy.signal.buttord`` and ``butter`` (tested against them),
+whose import takes seconds. Equations: docs/theory.md 2.2, 2.3, 2.4, 8.5.
 """
 
 import functools

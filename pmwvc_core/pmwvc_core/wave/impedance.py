@@ -9,10 +9,6 @@ It takes the place of the number b in the formulas of the port, which stay as th
 with 2/B = 2 B^-1 and the symmetric square root sqrt(B) = V diag(sqrt(lambda)) V^T, from B = V
 diag(lambda) V^T. Then |u|^2 - |v|^2 = xd^T (2B) xd - 2 xd^T sqrt(2B) v = 2 F . xd. That needs
 sqrt(2B)^T sqrt(2B) = 2B *and* sqrt(2B) = sqrt(2B)^T; a root by elements has neither.
-
-Every component of a wave is in sqrt(W), so one energy serves all axes, whatever B says of metres
-or radians. Ends with different B are a lossless transformer, as with numbers.
-
 Equations: docs/theory.md 6.1, 6.2, 6.3.
 """
 
