@@ -1,13 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The master's end of a session, with packets, changes and observers; and a simulated device with
-a hand on it, as a force loop meets it.
-
-What :mod:`pmwvc_core.law.user_tick` has in order::
-
-    tick 0 of a frame     the packet: the port's wave of the ticks before; changes
-    every tick            packets to the receiver; motion -> port -> limits -> force
-    answer tick           the newest wave to the port, once a frame
+a hand on it, as a force loop meets it. The order is that of :mod:`pmwvc_core.law.user_tick`;
+changes are taken over with the packet of a frame.
 
 What is sensed of the device at the start of a tick is the sample; then the controller's force is
 held for the tick. Time is an argument: integer nanoseconds of any monotonic clock.

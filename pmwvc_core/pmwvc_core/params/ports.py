@@ -12,13 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.errors import ParameterError, refusal
+from pmwvc_core.params import port_filters
 from pmwvc_core.params.fields import Validated, disordered, fixed, group, has, lacks, parameter
-from pmwvc_core.params.port_filters import (
-    BankParams,
-    LocalModelParams,
-    PositionParams,
-    VelocityFilterParams,
-)
 
 LARGEST_CONDITION = 1e6  # of the eigenvalues: beyond it, digits and time steps are lost
 ASYMMETRY = 1e-9  # of the largest entry: digits lost in writing, made symmetric without a word
@@ -162,10 +157,10 @@ class MasterParams(Validated):
         0.01, "0..0.1 J", "energy that the playout may lend to late packets, once (strict channel)"
     )
     filter: FilterParams = group(FilterParams)
-    velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
-    bank: BankParams = group(BankParams)
-    local_model: LocalModelParams = group(LocalModelParams)
-    position: PositionParams = group(PositionParams)
+    velocity_filter: port_filters.VelocityFilterParams = group(port_filters.VelocityFilterParams)
+    bank: port_filters.BankParams = group(port_filters.BankParams)
+    local_model: port_filters.LocalModelParams = group(port_filters.LocalModelParams)
+    position: port_filters.PositionParams = group(port_filters.PositionParams)
     deadband: DeadbandParams = group(DeadbandParams)
 
     ramps = has("hold", "foh")  # to each returning wave, over the frame
