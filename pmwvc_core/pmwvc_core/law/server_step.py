@@ -15,7 +15,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import anew, arrive, idle, news, raised, spare, waits, wave_of
-from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, Sent, heard, no_packet, pack
+from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, Sent, no_packet, pack, silence
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.server_port import (
     Came,
@@ -115,7 +115,7 @@ def _come(
     if missed_s > 0.0 and there:
         arrivals = idle(arrivals, missed_s)
     arrivals, wave = wave_of(arrivals, p.period_s, q.arrivals)
-    silence_s, silent, unreceived = heard(arrivals.silence, now_ns)
+    silence_s, silent, unreceived = silence(arrivals.silence, now_ns)
     if silent and not q.arrivals.plays_on:
         wave = zero(wave)
     if presence != ABSENT:

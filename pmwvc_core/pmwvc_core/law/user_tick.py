@@ -17,7 +17,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import answer_of, arrive, idle, news, waits
-from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, heard, pack
+from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, pack, silence
 from pmwvc_core.law.port.master import port_answer, port_measure, port_passed, port_send, port_tick
 from pmwvc_core.law.safety.brakes import brake_stored_j
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_restart
@@ -125,7 +125,7 @@ def user_tick(
         s = receive(s, packets, now_ns, p)
     next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0
     port, limit, coupled = s.port, s.limits, s.coupled
-    silence_s, silent, unreceived = heard(arrivals.silence, now_ns)
+    silence_s, silent, unreceived = silence(arrivals.silence, now_ns)
     if tick >= next_answer:
         next_answer += p.rate_drop
         if known_server:

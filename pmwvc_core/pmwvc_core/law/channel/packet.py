@@ -154,7 +154,7 @@ def usual(s: Silence, period_s: float, late_s: float, timeout_s: float) -> Silen
     return s._replace(limit_ns=limit_ns, interval_s=interval_s, lateness_s=lateness_s)
 
 
-def heard(s: Silence, now_ns: int) -> tuple[float, bool, bool]:
+def silence(s: Silence, now_ns: int) -> tuple[float, bool, bool]:
     """Return the time since the newest packet, infinite before the first [s]; whether that is too
     long; and whether the other end has had nothing of this one for too long.
     """
