@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
 
+from pmwvc_core.law.channel.constants import STALL_S
 from pmwvc_core.law.safety.brakes import (
     MEAN_S,
     RATIO,
     SETTLE_S,
-    STALL_S,
     AvatarBrake,
     brake_push,
     brake_ratio,
@@ -49,7 +49,7 @@ class Hand:
     """The brake at a device."""
 
     def __init__(self, axes=1):
-        self.s, self.k = loose_brake((0.0,) * axes), B * (1.0 / STALL_S)
+        self.s, self.k = loose_brake((0.0,) * axes), K
 
     def step(self, waits, x, f):
         """Go one tick on; tell whether anything is held."""
