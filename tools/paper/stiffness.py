@@ -25,7 +25,7 @@ DELAYS_S = (0.008, 0.016, 0.024, 0.05)
 HAND = ("operator.stiffness=120", "operator.damping=15", "operator.squeeze=2")
 DURATION_S, AT_REST = 15.0, 0.05  # motion in the last second, of the depth
 LOAN = ("master.position.gain=20", "master.position.storage_j=0.02")
-FOLLOWS = ("master.impedance=8", "master.contact_impedance=80")
+FOLLOWS = ("master.impedance=8", "master.contact_impedance=90")
 SETTINGS = (  # what is drawn, and its settings; those with unknown parameters are left out
     ("plain", ("channel=plain",)),
     ("strict", ("channel=strict",)),
