@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_977, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_814,
+        3_811,
         2_500,
         inside(
             "pmwvc_core",
@@ -40,9 +40,9 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_530, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_919,
+        4_918,
         4_700,
         (
             *inside(
@@ -51,9 +51,9 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_683, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_670, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        5_070,
+        5_033,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -62,12 +62,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_185,
+        5_120,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_627,
+        3_505,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -77,8 +77,8 @@ ROOMS = {
     "figures and reports": Room(
         2_709, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(4_039, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_186, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "command line": Room(3_913, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_148, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_563, 3_000, ("pmwvc_view",)),
 }
 

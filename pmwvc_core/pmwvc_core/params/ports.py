@@ -153,9 +153,7 @@ class MasterParams(Validated):
     )
     tick_s: float = fixed(0.001, "0.0001..0.02 s", "period of the force loop, T_c")
     hold: str = parameter("foh", ("zoh", "foh"), "returning wave in a frame (foh: delayed ramp)")
-    store_j: float = fixed(
-        0.01, "0..0.1 J", "energy that the playout may lend to late packets, once (strict channel)"
-    )
+    store_j: float = fixed(0.01, "0..0.1 J", "E0 of the playout, lent once (strict channel)")
     filter: FilterParams = group(FilterParams)
     velocity_filter: port_filters.VelocityFilterParams = group(port_filters.VelocityFilterParams)
     bank: port_filters.BankParams = group(port_filters.BankParams)
@@ -179,9 +177,7 @@ class MasterParams(Validated):
         """Check that the matrix is one, and that the impedance rises in contact."""
         found = matrix_conflicts(self.impedance_matrix)
         if self.rises > 1.0 and self.impedance_matrix.strip():
-            found.append(
-                "contact_impedance: needs one impedance for all axes, no impedance_matrix"
-            )
+            found.append("contact_impedance: needs one b for all axes, no impedance_matrix")
         if self.rises < 1.0:
             found.append(
                 f"contact_impedance = {self.contact_impedance:g}: must be >= impedance = "
