@@ -60,9 +60,7 @@ class ServerParams(Validated):
     period_s: float = parameter(
         0.008, "0.001..1 s", "time step, T_VE; changes while running on the strict channel only"
     )
-    store_j: float = fixed(
-        0.01, "0..0.1 J", "energy that a playout may lend to late packets, once (strict channel)"
-    )
+    store_j: float = fixed(0.01, "0..0.1 J", "E0 of a playout, lent once (strict channel)")
     object_mass: float = parameter(2.0, "0.001..1000 kg", "mass of the shared object")
     object_damping: float = parameter(0.0, "0..100000 N s/m", "damping of the object to ground")
     object_size_m: float = fixed(0.06, "> 0 m", "edge length of the cube")

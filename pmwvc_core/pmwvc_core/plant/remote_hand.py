@@ -19,8 +19,19 @@ Simulated targets come from a table, or from who does the task with a pointer, o
 import math
 from typing import NamedTuple
 
-from pmwvc_core.law import vectors
-from pmwvc_core.law.vectors import Vector, each, minus, plus, scaled, shortened, squared, zero
+from pmwvc_core.law.vectors import (
+    Vector,
+    columns,
+    dot,
+    each,
+    minus,
+    plus,
+    scaled,
+    shortened,
+    squared,
+    within,
+    zero,
+)
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.forces import Task, closing, hand_force, offset, row
@@ -83,7 +94,7 @@ def resting_remote(start: Vector) -> RemoteHand:
 
 def remote_target(s: RemoteHand, target: Vector) -> RemoteHand:
     """Take a target of this tick [m], before the hand moves; one that is not finite lets go."""
-    usable = vectors.within(target, math.inf)
+    usable = within(target, math.inf)
     return s._replace(wanted=target, usable=usable, age=-1, holding=s.holding and usable)
 
 
@@ -133,8 +144,8 @@ def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> RemoteHand:
     inertia = p.resistance + 0.5 * p.tick_s**2 * stiffness
     spring = Arm(stiffness, 0.0, p.twice_mass, inertia, p.tick_s)
     rows = each(arm_step, (s.y, s.yd, s.target, target, scaled(pull, -1.0)), spring)
-    moved, yd, drawn = vectors.columns(rows)
-    effort_j = s.effort_j + vectors.dot(drawn, minus(target, s.target))
+    moved, yd, drawn = columns(rows)
+    effort_j = s.effort_j + dot(drawn, minus(target, s.target))
     return s._replace(y=plus(s.y, moved), yd=yd, target=target, effort_j=effort_j)
 
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_core import traces as of
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.frame import SIGNALS, Frame, FrameReport
 from pmwvc_core.master.safety import state_of, text_of
@@ -22,14 +23,7 @@ from pmwvc_core.simulation.bulk.loop import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run, empty_steps
 from pmwvc_core.simulation.conditions import add_link, columns
-from pmwvc_core.traces import (
-    ENERGIES,
-    OF_AVATARS,
-    PacketTraces,
-    ServerTraces,
-    SessionTraces,
-    UserTraces,
-)
+from pmwvc_core.traces import ENERGIES, ServerTraces, SessionTraces, UserTraces
 
 
 class Step(NamedTuple):
@@ -108,7 +102,7 @@ def server_traces(
 ) -> ServerTraces:
     """Return the traces of the server from the arrays that a :class:`.bulk.loop.Book` has."""
     users = len(scenario.users)
-    first, of_each = [2 + len(OF_AVATARS) * i for i in range(users)], enumerate(OF_AVATARS)
+    first, of_each = [2 + len(of.OF_AVATARS) * i for i in range(users)], enumerate(of.OF_AVATARS)
     avatars: dict[str, Any] = {name: [steps[at + k] for at in first] for k, name in of_each}
     u_j, v_j, touches, _ = energies[:, 3 : 3 + 4 * users].T.reshape(users, 4, -1).swapaxes(0, 1)
     kinetic, potential, dissipated = energies[:, :3].T.copy()
@@ -181,7 +175,7 @@ def _links(plan: Plan) -> list[Any]:
     return [link.traces(plan.looks_ns[way]) for pair in both for way, link in enumerate(pair)]
 
 
-def _packets(planned: PacketTraces, rows: Array) -> PacketTraces:
+def _packets(planned: of.PacketTraces, rows: Array) -> of.PacketTraces:
     """Return packets of a plan with what a session put into them."""
     found, dof = rows[planned.seq - 1], (rows.shape[1] - OF_PACKET) // 3
     return replace(
