@@ -107,7 +107,7 @@ def test_where_the_lag_does_not_decide_the_first_user_is_measured():
     lent = {"master__position__gain": 20.0, "master__position__storage_j": 0.02}
     for more, begins in (
         ({"controller": "direct"}, "Measured in simulated sessions: "),
-        ({"channel": "strict", **lent}, "Round trip 40.0 ms. Measured in simulated sessions: "),
+        ({"channel": "strict", **lent}, "Round trip 43.5 ms. Measured in simulated sessions: "),
     ):
         scenario = handmade.scenario(**more)
         said, other = (rendered(scenario, user, live=False) for user in scenario.users)

@@ -43,6 +43,7 @@ BESIDE = {  # what a value needs beside it; of a link below its own name
     "master.bank.low_stop_hz": {"master.bank.low_pass_hz": 1e-6},
     "master.bank.low_stop_db": {"master.bank.low_pass_db": 1e-6},
     "master.position.storage_j": {"master.position.most_j": 10.0},
+    "master.contact_impedance": {"master.impedance": 0.01},
     "jitter": {"jitter_quantiles": "0:0 1:0.1", "trace_file": "delays.csv"},
     "reorder": {"keep_order": False},
     "slot_min_s": {"slot_max_s": 10.0},
