@@ -168,7 +168,7 @@ import json
 import numpy as np
 from benchmark.methods import METHODS
 from benchmark.rivals import RIVALS
-from benchmark.trial import Trial, run, scenario_of
+from benchmark.trial import Trial, run
 from pmwvc_core.simulation.session import simulate_one
 
 found = {}
@@ -176,10 +176,10 @@ for name in RIVALS:
     of = METHODS[name]
     texts = {}
     for settings in of.candidates(3, 1):
-        scenario = scenario_of(Trial(name, settings, "thesis_lan_16", 1, 1.0))
+        scenario = Trial(name, settings, "carry", "thesis_lan_16", 1, 1.0).scenario
         texts[settings] = [str(user.operator) + str(user.link_up) for user in scenario.users]
-    one = run(Trial(name, of.settings, "thesis_lan_16", 1, 6.0))
-    deep = simulate_one(scenario_of(Trial(name, (*of.settings, "dof=3"), "wifi_bad", 1, 1.5)))
+    one = run(Trial(name, of.settings, "carry", "thesis_lan_16", 1, 6.0))
+    deep = simulate_one(Trial(name, (*of.settings, "dof=3"), "carry", "wifi_bad", 1, 1.5).scenario)
     found[name] = {
         "failure": one.failure, "path_m": one.path_error_m, "lost": one.grip_lost,
         "hands": len(set(map(str, texts.values()))), "ranges": len(of.ranges),
