@@ -27,7 +27,7 @@ from pmwvc_core.errors import PmwvcError
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
     "run view simulate report export replay compare stability map transparency tune "
-    "filter node token scenarios links doctor completion"
+    "filter node token scenarios links doctor"
 ).split()
 EXAMPLES = """\
 examples:
@@ -113,20 +113,14 @@ def build_parser() -> argparse.ArgumentParser:
             command.name, help=command.help, description=what, epilog=command.examples
         )
         nested.set_defaults(command=command)
-        for name, text, options, completer in command.arguments:
-            action = nested.add_argument(name, help=text, **options)
-            action.completer = completer  # type: ignore[attr-defined]
+        for name, text, options in command.arguments:
+            nested.add_argument(name, help=text, **options)
     return parser
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
-    parser = build_parser()
-    if "_ARGCOMPLETE" in os.environ:  # a shell asks which words could follow
-        import argcomplete
-
-        argcomplete.autocomplete(parser)
-    arguments = parser.parse_args(words)
+    arguments = build_parser().parse_args(words)
     command: Command = arguments.command
     try:
         with document(wanted=getattr(arguments, "json", False)) as write:

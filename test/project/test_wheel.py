@@ -135,7 +135,6 @@ COMMANDS = {  # and what they say
     ("scenarios", "three_users"): "",
     ("links", "carry_16ms"): "",
     ("token", "keys", "user1", "user2"): "",
-    ("completion", "bash"): "",
     ("simulate", "wall", "--duration", "2", "--out", "one", "--check", "--no-figures"): "passed",
     ("report", "one", "--json"): '"stable": true',
     ("doctor", "one"): "complete",

@@ -193,34 +193,3 @@ def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
     assert pmwvc("simulate", "tuned.yaml", "--duration", "0.5", "--out", "it").returncode == 0
     assert "is there already" in refused(pmwvc("tune", "wall", "--out", "tuned.yaml"))
     assert "must end in .yaml" in refused(pmwvc("tune", "wall", "--out", "tuned.txt"))
-
-
-ASK = """
-export COMP_LINE="$1" COMP_POINT=${#1} COMP_TYPE=9 COMP_KEY=9
-export _ARGCOMPLETE=1 _ARGCOMPLETE_IFS=' ' _ARGCOMPLETE_COMP_WORDBREAKS=' ='
-"$2" 8>&1 9>/dev/null
-"""
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("./pmwvc sim", {"simulate"}),
-        ("./pmwvc simulate carry_1", {"carry_16ms"}),
-        ("./pmwvc simulate wall --set server.contact_s", {"server.contact_stiffness="}),
-        ("./pmwvc simulate wall --set link.preset=5", {"5g_sa_campus", "5g_nsa_public"}),
-        ("./pmwvc report pmwvc_br", {"pmwvc_bringup/"}),
-    ],
-)
-def test_a_shell_that_asks_gets_the_words_that_may_follow(line, words):
-    command = ["bash", "-c", ASK, "ask", line, str(ROOT / "pmwvc")]
-    result = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
-    assert set(result.stdout.split()) == words
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_code_for_a_shell_names_the_program(pmwvc, shell):
-    code = pmwvc("completion", shell).stdout
-    assert "pmwvc" in code
-    if shell == "bash":
-        subprocess.run(["bash", "-n"], input=code, text=True, check=True)

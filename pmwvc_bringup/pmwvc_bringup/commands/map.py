@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 COUNT = 60  # points of an axis without a range
 FRAMES = 6  # largest delay of an axis without a range
 MOST_POINTS = 1_000_000
-AXIS: Any = {
-    "required": True, "metavar": "NAME[=A:B:N]", "completer": cli.parameter_names,
-}  # fmt: skip
+AXIS: Any = {"required": True, "metavar": "NAME[=A:B:N]"}
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 

@@ -28,13 +28,8 @@ ROS_ARGUMENTS = {
 }
 
 
-def _sessions(**given: object) -> list[str]:
-    """Return what can be viewed: scenarios and folders."""
-    return [*cli.scenario_names(), *cli.session_folders(**given)]  # type: ignore[arg-type]
-
-
 @cli.command(
-    cli.argument("what", WHAT, nargs="?", metavar="WHAT", completer=_sessions),
+    cli.argument("what", WHAT, nargs="?", metavar="WHAT"),
     *(cli.USERS, cli.SET),
     cli.argument("--namespace", "namespace of the running session", default=""),
     *cli.PAGE,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Commands around a session: the machine, its shell, scenarios, links, access."""
+"""Commands around a session: the machine, scenarios, links, access."""
 
 import argparse
 import sys
@@ -114,24 +114,6 @@ def token(arguments: argparse.Namespace) -> cli.Result:
 
     for path in write_session(arguments.folder, arguments.users):
         print(path)
-    return cli.Result()
-
-
-SHELLS = ("bash", "zsh", "fish")
-PROGRAMS = ["pmwvc", "./pmwvc"]
-
-
-@cli.command(cli.argument("shell", "bash by default", nargs="?", choices=SHELLS, default="bash"))
-def completion(arguments: argparse.Namespace) -> cli.Result:
-    """Print the completion script for a shell.
-
-    examples:
-      eval "$(./pmwvc completion)"                 this bash
-      ./pmwvc completion zsh >> ~/.zshrc           every zsh from now on
-    """
-    from argcomplete.shell_integration import shellcode
-
-    print(shellcode(PROGRAMS, shell=arguments.shell))
     return cli.Result()
 
 
