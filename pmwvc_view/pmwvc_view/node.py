@@ -37,8 +37,6 @@ class ViewParams(Validated):
         "127.0.0.1", "-", "address to listen on; beyond loopback others can join"
     )
     port: int = parameter(0, "0..65535", "port to listen on, 0: any free one")
-    token: str = parameter("", "-", "token of the page's address (empty: a random one)")
-    snapshot_hz: float = parameter(1.0 / SNAPSHOT_S, "1..125 Hz", "snapshots per second")
     session: AboutSession = group(AboutSession)
 
 
@@ -60,14 +58,14 @@ class View:
     def run(self, stop: threading.Event) -> None:
         """Find the session, and serve its page."""
         request_priority(PRIORITY)
-        params, snapshot_s = self._params, 1.0 / self._params.snapshot_hz
+        params = self._params
         graph = find(self._node, self._users, stop, emulated=params.session.emulated)
         if graph is None:
             return
-        session = LiveSession(self._node, graph, params.session, snapshot_s=snapshot_s)
-        host, port, token = params.host, params.port, params.token or new_token()
+        session = LiveSession(self._node, graph, params.session, snapshot_s=SNAPSHOT_S)
+        host, port = params.host, params.port
         self._server = server = PageServer(
-            session, host=host, port=port, token=token, snapshot_s=snapshot_s
+            session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S
         )
         if not is_loopback(host):
             text = f"host = {host}: whoever has the address with its token can take part"

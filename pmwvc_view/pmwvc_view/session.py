@@ -52,7 +52,6 @@ class Session(ABC):
         self._predictor, self._mode = predictor, mode  # live, simulated or recorded
         self.generation = 0  # counts its beginnings: another one, and all is described anew
         self.ended: str | None = None  # why it is over; None while it goes on
-        self.back = False  # whether the same address will serve again once it is over
         self.report = ""  # where its report will be, "" where there will be none
 
     def description(self) -> dict[str, Any]:

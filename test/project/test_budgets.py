@@ -51,7 +51,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_670, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_667, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         5_033,
         3_500,
@@ -77,9 +77,9 @@ ROOMS = {
     "figures and reports": Room(
         2_709, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_913, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_690, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_148, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_563, 3_000, ("pmwvc_view",)),
+    "page": Room(3_545, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -285,11 +285,10 @@ def test_session_that_ends_tells_its_pages():
     session = HandmadeSession()
     session.report = "/sessions/one/report.html"
     with served(session) as server, server.page() as page:
-        session.back = True
         session.ended = "over"
         ended = page.await_kind("ended")
         assert ended.pop("report") == session.report
-        assert ended == {"kind": "ended", "text": "over", "back": True}
+        assert ended == {"kind": "ended", "text": "over"}
         assert closed_with(page) == 1001
 
 

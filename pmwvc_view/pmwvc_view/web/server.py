@@ -84,7 +84,7 @@ class PageServer:
             await self._pace(stop)
         finally:
             text = self._session.ended or "the page's server was ended"
-            ended = {"kind": "ended", "text": text, "back": self._session.back}
+            ended = {"kind": "ended", "text": text}
             if access.is_loopback(self._host):
                 ended["report"] = self._session.report
             self._tell(ended)
