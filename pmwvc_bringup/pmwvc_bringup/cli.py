@@ -17,6 +17,7 @@ import pkgutil
 import re
 import sys
 from collections.abc import Sequence
+from importlib import metadata
 from typing import Any, NoReturn
 
 from pmwvc_bringup import commands
@@ -73,19 +74,12 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
 
 
-class _Version(argparse.Action):
-    """Prints the version of the wheel without ROS, or of a workspace."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        """Print it and exit."""
-        from importlib import metadata
-
-        found = "of an environment that was not built"
-        for distribution in ("pmwvc", "pmwvc_bringup"):
-            with contextlib.suppress(metadata.PackageNotFoundError):
-                found = metadata.version(distribution)
-        print(f"pmwvc {found}")
-        parser.exit()
+def _version() -> str:
+    """Return the version of the wheel without ROS, or of a workspace."""
+    for distribution in ("pmwvc_bringup", "pmwvc"):
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            return metadata.version(distribution)
+    return "of an environment that was not built"
 
 
 def library() -> list[Command]:
@@ -104,8 +98,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command line."""
     what = "Networked cooperative haptics by passive multirate wave-variable control."
     parser = Parser(prog="pmwvc", description=what, epilog=EXAMPLES)
-    text = "show program's version number and exit"
-    parser.add_argument("--version", nargs=0, action=_Version, help=text)
+    parser.add_argument("--version", action="version", version=f"pmwvc {_version()}")
     several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in library():
         what = f"{command.help}."

@@ -6,7 +6,6 @@ document alone on stdout.
 
 import contextlib
 import json
-import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -25,29 +24,18 @@ if TYPE_CHECKING:
 def document(*, wanted: bool) -> Iterator[Callable[[object], None]]:
     """Yield a function that prints the document; all else printed meanwhile is for people.
 
-    With ``wanted``, the file descriptor of stdout points to stderr inside the block, so that
-    libraries and children cannot write into the document; without, the function prints nothing.
+    With ``wanted``, what is printed inside the block goes to stderr; without, the function prints
+    nothing.
     """
-    if not wanted:
-        yield lambda _: None
-        return
-    sys.stdout.flush()
-    kept = os.dup(1)
-    os.dup2(2, 1)
+    stdout = sys.stdout
 
     def write(content: object) -> None:
-        if content is None:
-            return
-        text = content if isinstance(content, str) else json.dumps(content, indent=2)
-        with open(kept, "w", encoding="utf-8", closefd=False) as stdout:
+        if wanted and content is not None:
+            text = content if isinstance(content, str) else json.dumps(content, indent=2)
             stdout.write(text if text.endswith("\n") else text + "\n")
 
-    try:
+    with contextlib.redirect_stdout(sys.stderr) if wanted else contextlib.nullcontext():
         yield write
-    finally:
-        sys.stdout.flush()
-        os.dup2(kept, 1)
-        os.close(kept)
 
 
 def write_answer(

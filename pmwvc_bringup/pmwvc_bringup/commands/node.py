@@ -19,13 +19,7 @@ if TYPE_CHECKING:
     from pmwvc_view.session import Session
 
 WHAT = "a session folder, or a scenario to simulate in real time (nothing: a session that runs)"
-ROS_ARGUMENTS = {
-    "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
-    "server": "-p users:=\"['user1','user2']\" -p server.contact_stiffness:=800.0",
-    "netem": "-p users:=\"['user1','user2']\" -p preset:=lte",
-    "view": "-p port:=8080",
-    "recorder": "-p users:=\"['user1','user2']\" -p folder:=my_session",
-}
+NODES = ("master", "netem", "recorder", "server", "view")
 
 
 @cli.command(
@@ -83,7 +77,7 @@ def _session(arguments: argparse.Namespace) -> "Session":
 
 
 @cli.command(
-    cli.argument("kind", "which node", choices=sorted(ROS_ARGUMENTS)),
+    cli.argument("kind", "which node", choices=NODES),
     cli.argument("arguments", "passed on to the node", nargs=argparse.REMAINDER),
 )
 def node(arguments: argparse.Namespace) -> cli.Result:
@@ -92,6 +86,8 @@ def node(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc node server --ros-args -p users:="[user1, user2]"
       pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
+      pmwvc node netem --ros-args -p users:="[user1, user2]" -p preset:=lte
+      pmwvc node recorder --ros-args -p users:="[user1, user2]" -p folder:=my_session
 
     Parameters: docs/parameters.md; of a node that runs: ros2 param describe NODE NAME.
     """
@@ -99,10 +95,6 @@ def node(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, require_ros
 
     require_ros()
-    kind = arguments.kind
-    if {"-h", "--help"} & set(arguments.arguments):
-        print(f"example:\n  pmwvc node {kind} --ros-args {ROS_ARGUMENTS[kind]}")
-        return cli.Result()
-    words = [sys.executable, "-m", MODULES[kind], *arguments.arguments]
+    words = [sys.executable, "-m", MODULES[arguments.kind], *arguments.arguments]
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the node can end by it
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))

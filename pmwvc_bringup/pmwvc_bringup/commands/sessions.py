@@ -99,19 +99,9 @@ def report(arguments: argparse.Namespace) -> cli.Result:
       pmwvc report sessions/20260101T120000Z-carry_16ms --json
       pmwvc report sessions/20260101T120000Z-carry_16ms --out /tmp/elsewhere
     """
-    from pmwvc_analysis.report.comparison import is_comparison
     from pmwvc_bringup.session.terminal import finish
 
-    folder = arguments.folder
-    if is_comparison(folder):
-        from pmwvc_bringup.comparison import again
-
-        if arguments.check:
-            raise PmwvcError(f"--check judges one session: name a folder in {folder / 'runs'}")
-        if arguments.out:
-            raise PmwvcError(f"{folder} is a comparison: its report is written into it, not --out")
-        return again(folder, terminal())
-    return finish(terminal(), folder, None, check=arguments.check, out=arguments.out)
+    return finish(terminal(), arguments.folder, None, check=arguments.check, out=arguments.out)
 
 
 TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}

@@ -6,8 +6,7 @@ import argparse
 import sys
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict, replace
-from pathlib import Path
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
@@ -34,9 +33,11 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
     """
     findings: Sequence[MachineCheck | RecordingFinding]
     if arguments.folder:
-        from pmwvc_analysis.doctor import exit_code
+        from pmwvc_analysis.doctor import check_recording, exit_code
 
-        recorded = _of_recording(arguments.folder)
+        if not arguments.folder.exists():
+            raise PmwvcError(f"{arguments.folder}: there is no such session folder")
+        recorded = check_recording(arguments.folder)
         findings, code = recorded, exit_code(recorded)
     else:
         from pmwvc_bringup.machine import PROBLEM, examine
@@ -47,24 +48,6 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
         print(finding.line())
     listed = [asdict(finding) for finding in findings]
     return cli.Result(code, {"exit_code": code, "findings": listed})
-
-
-def _of_recording(folder: Path) -> "list[RecordingFinding]":
-    """Return the findings about a session, or those of a comparison."""
-    from pmwvc_analysis.doctor import check_recording
-
-    if not folder.exists():
-        raise PmwvcError(f"{folder}: there is no such session folder")
-    from pmwvc_analysis.report.comparison import is_comparison
-    from pmwvc_analysis.report.comparison import session_folders as sessions_of
-
-    if not is_comparison(folder):
-        return check_recording(folder)
-    return [
-        replace(finding, text=f"{session.name}: {finding.text}")
-        for session in sessions_of(folder)
-        for finding in check_recording(session)
-    ]
 
 
 WIDTH = 99
