@@ -9,7 +9,7 @@ import asyncio
 import contextlib
 import multiprocessing
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from enum import IntEnum
@@ -27,8 +27,9 @@ from pmwvc_core.runtime.interrupts import held_back
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
-from pmwvc_view import controls
+from pmwvc_view import controls, protocol
 from pmwvc_view.controls import Settings
+from pmwvc_view.protocol.snapshot import Layout
 
 STATES: Mapping[str, type[IntEnum]] = {"master": SafetyState, "server": Presence, "fate": FateKind}
 
@@ -68,6 +69,26 @@ def describe(
         "controls": controls.to_page(values),
         **controls.choices(),
         "states": {node: [each.name.lower() for each in kind] for node, kind in STATES.items()},
+    }
+
+
+def message(
+    about: Mapping[str, Any], layout: Layout, *, can: Collection[str], snapshot_s: float,
+    holders: Mapping[str, str | None] | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the session message of a description; ``can`` are the kinds of requests that are
+    served, ``holders`` tells who holds each user's handle.
+    """
+    held = holders or {}
+    return {
+        "kind": "session",
+        "version": protocol.VERSION,
+        **about,
+        "users": [{**user, "holder": held.get(user["name"])} for user in about["users"]],
+        "can": sorted(can),
+        "snapshot_s": snapshot_s,
+        "limits": protocol.LIMITS,
+        "layout": layout.to_page(),
     }
 
 

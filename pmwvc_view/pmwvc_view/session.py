@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A session as the page's server sees it: recorded, or one that goes on, live or simulated in
-real time. All of it is called from one event loop.
+"""A session as the page's server sees it: one that goes on, live or simulated in real time. All of
+it is called from one event loop.
 """
 
 import asyncio
@@ -16,7 +16,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view import controls, description, protocol
+from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
@@ -49,7 +49,7 @@ class Session(ABC):
     _duration_s: float | None = None  # None: it goes on until it is ended
 
     def __init__(self, predictor: Predictor, *, mode: str = "") -> None:
-        self._predictor, self._mode = predictor, mode  # live, simulated or recorded
+        self._predictor, self._mode = predictor, mode  # live or simulated
         self.generation = 0  # counts its beginnings: another one, and all is described anew
         self.ended: str | None = None  # why it is over; None while it goes on
         self.report = ""  # where its report will be, "" where there will be none
@@ -71,17 +71,9 @@ class Session(ABC):
 
     def message(self, *, holders: Mapping[str, str | None], snapshot_s: float) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
-        found = self.description()
-        return {
-            "kind": "session",
-            "version": protocol.VERSION,
-            **found,
-            "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
-            "can": sorted(self.can),
-            "snapshot_s": snapshot_s,
-            "limits": protocol.LIMITS,
-            "layout": self.layout.to_page(),
-        }
+        return description.message(
+            self.description(), self.layout, can=self.can, holders=holders, snapshot_s=snapshot_s
+        )
 
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""
@@ -196,7 +188,7 @@ class RunningSession(Session):
         return {
             "text": self._text,
             "values": {"values": known[2]},
-            "play": {"paused": paused, "time_s": None, "ratio": 1.0},
+            "play": {"paused": paused},
         }
 
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Commands for live sessions: ``pmwvc view``, a session in the browser, also one that was recorded
-or is simulated in real time; and ``pmwvc node``, one node by itself.
+"""``pmwvc view``, a session in the browser that was recorded or is simulated in real time; and
+``pmwvc node``, one node by itself.
 """
 
 import argparse
@@ -9,71 +9,65 @@ import os
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import terminal
-from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_core.errors import RecordingError, file_errors
 
-if TYPE_CHECKING:
-    from pmwvc_view.session import Session
-
-WHAT = "a session folder, or a scenario to simulate in real time (nothing: a session that runs)"
+WHAT = "a session folder, or a scenario to simulate in real time"
 NODES = ("master", "netem", "recorder", "server", "view")
 
 
-@cli.command(
-    cli.argument("what", WHAT, nargs="?", metavar="WHAT"),
-    *(cli.USERS, cli.SET),
-    cli.argument("--namespace", "namespace of the running session", default=""),
-    *cli.PAGE,
-)
+@cli.command(cli.argument("what", WHAT, metavar="WHAT"), cli.USERS, cli.SET, *cli.PAGE)
 def view(arguments: argparse.Namespace) -> cli.Result:
     """Show a session in the browser and take part in it.
 
     examples:
-      pmwvc view                       a session that runs here, also one started by ros2 launch
       pmwvc view live                  simulated in real time, without ROS; act in the browser
       pmwvc view sessions/20260101T120000Z-carry_16ms
                                        a recorded session, with a time line
 
+    A session of nodes: pmwvc run --view, or pmwvc node view in its ROS domain.
+
     The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the
     printed address is needed to connect.
     """
-    from pmwvc_bringup.session.page import join, serve
+    from pmwvc_bringup.session.page import serve, show
     from pmwvc_bringup.session.plan import Page
-    from pmwvc_bringup.session.surroundings import require_ros
 
     page, browser = Page(arguments.host, arguments.port), arguments.browser
-    if arguments.what is not None:
-        serve(_session(arguments), terminal(), page=page, browser=browser)
-        return cli.Result()
-    require_ros()
-    if arguments.users or arguments.settings:
-        raise PmwvcError("--users and --set belong to a scenario: name one, or a session folder")
-    return cli.Result(join(terminal(), page=page, namespace=arguments.namespace, browser=browser))
-
-
-def _session(arguments: argparse.Namespace) -> "Session":
-    """Return the session that was recorded in a folder, or one to simulate."""
-    from pmwvc_view import SNAPSHOT_S
-
     folder = Path(arguments.what).expanduser()
-    if not folder.is_dir():
-        from pmwvc_bringup.session.surroundings import check
-        from pmwvc_view.simulated import SimulatedSession
+    if folder.is_dir():
+        show(_recorded(folder).resolve().as_uri(), terminal(), browser=browser)
+        return cli.Result()
+    from pmwvc_bringup.session.surroundings import check
+    from pmwvc_view import SNAPSHOT_S
+    from pmwvc_view.simulated import SimulatedSession
 
-        scenario = cli.scenario_of(arguments)
-        check(scenario)
-        return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
+    scenario = cli.scenario_of(arguments)
+    check(scenario)
+    session = SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
+    serve(session, terminal(), page=page, browser=browser)
+    return cli.Result()
+
+
+def _recorded(folder: Path) -> Path:
+    """Return the page of a recorded session, which is made where its report has not made it."""
     from pmwvc_analysis.recording.reader import read_scenario, read_session
+    from pmwvc_analysis.session_files import REPLAY
     from pmwvc_analysis.verdicts.verdicts import summary
-    from pmwvc_view.recorded import RecordedSession
+    from pmwvc_view.replay_page import replay_page
 
-    traces, recorded = read_session(folder), read_scenario(folder)
-    if recorded is None:
-        raise RecordingError(f"{folder} has no scenario.yaml: its users are not known")
-    return RecordedSession(traces, recorded, summary(traces, recorded), snapshot_s=SNAPSHOT_S)
+    if (page := folder / REPLAY).is_file():
+        return page
+    traces, scenario = read_session(folder), read_scenario(folder)
+    text = replay_page(traces, scenario, summary(traces, scenario)) if scenario else None
+    if text is None:
+        why = "has no scenario.yaml" if scenario is None else "holds nothing of its users"
+        raise RecordingError(f"{folder} {why}: its page cannot be made")
+    with file_errors(f"write {page}"):
+        page.write_text(text, encoding="utf-8")
+    return page
 
 
 @cli.command(

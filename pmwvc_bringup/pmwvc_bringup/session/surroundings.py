@@ -76,12 +76,6 @@ def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
     raise PmwvcError("every ROS domain from 1 to 101 is in use on this machine")
 
 
-def running_domains() -> list[int]:
-    """Return the ROS domains of the sessions that run on this machine."""
-    with contextlib.ExitStack() as probes:
-        return [n for n in range(102) if not _held(f"\0pmwvc-domain-{n}", probes)]
-
-
 def _held(
     address: str | tuple[str, int], until: contextlib.ExitStack, kind: int = socket.SOCK_STREAM
 ) -> bool:
@@ -185,8 +179,8 @@ def require_ros() -> None:
     if importlib.util.find_spec("rclpy") is None:
         raise PmwvcError(
             "ROS 2 is not in this Python environment (no rclpy): run 'make setup' in the source "
-            "tree, or source an installed ROS 2; only run, node and the view of a running session "
-            "need it, 'pmwvc simulate' and all other commands do not"
+            "tree, or source an installed ROS 2; only run and node need it, 'pmwvc simulate' and "
+            "all other commands do not"
         )
 
 
