@@ -36,38 +36,33 @@ class Handled(NamedTuple):
 
 
 class Session(ABC):
-    """The interface between a page and its session.
+    """A session for pages: its feed, the verdict on it, and notices.
 
     ``can`` names the kinds of requests that it serves, each by the method of its name (``take``,
     ``let_go`` and ``seen`` are the server's own), which takes the fields of the request and gives
     an ``Handled``; that of ``set`` and ``pause`` is awaited.
     """
 
-    can: frozenset[str] = frozenset()
+    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
     layout: Layout
     _scenario: Scenario
     _duration_s: float | None = None  # None: it goes on until it is ended
 
-    def __init__(self, predictor: Predictor, *, mode: str = "") -> None:
-        self._predictor, self._mode = predictor, mode  # live or simulated
+    def __init__(self, *, live: bool, snapshot_s: float) -> None:
         self.generation = 0  # counts its beginnings: another one, and all is described anew
         self.ended: str | None = None  # why it is over; None while it goes on
         self.report = ""  # where its report will be, "" where there will be none
+        self._live, self._snapshot_s, self._predictor = live, snapshot_s, Predictor(live=live)
+        self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
+        self._changing = asyncio.Lock()
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
         return description.describe(
-            self._scenario, mode=self._mode, duration_s=self._duration_s, remote=self._remote(),
+            self._scenario, mode="live" if self._live else "simulated", remote=self._remote(),
+            duration_s=self._duration_s,
             values=controls.values_of(self.scenario(), self._preset_name()),
         )  # fmt: skip
-
-    def _remote(self) -> Sequence[str]:
-        """Return the users whose handle a page can take."""
-        return ()
-
-    def _preset_name(self) -> str | None:
-        """Return the network by name."""
-        return None
 
     def message(self, *, holders: Mapping[str, str | None], snapshot_s: float) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
@@ -84,16 +79,24 @@ class Session(ABC):
         """Return the snapshots since the last call."""
 
     @abstractmethod
-    def news(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return the messages whose content changes now and then, by kind: text, values, play."""
-
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand that a page can take its newest target [m]; None opens it."""
-        raise NotImplementedError
 
-    def expect_questions(self) -> None:
-        """Make ready for questions, which come once a page has been shown for a while."""
-        self._predictor.begin()
+    @abstractmethod
+    def _remote(self) -> Sequence[str]:
+        """Return the users whose handle a page can take."""
+
+    @abstractmethod
+    def _preset_name(self) -> str | None:
+        """Return the network by name."""
+
+    @abstractmethod
+    def _state(self) -> tuple[bool, list[str]]:
+        """Return whether time stands still, and notices as long as they hold."""
+
+    @abstractmethod
+    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
+        """Change a parameter, to what is wanted then; return why not, or ""."""
 
     async def ask(self, values: Settings) -> dict[str, Any] | None:
         """Return the exact model's prediction with these settings, as its message; None where a
@@ -104,18 +107,6 @@ class Session(ABC):
     def close(self) -> None:
         """Let go of everything."""
         self._predictor.close()
-
-
-class RunningSession(Session):
-    """A session that goes on: its feed, the verdict on it, and notices."""
-
-    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
-
-    def __init__(self, *, live: bool, snapshot_s: float) -> None:
-        super().__init__(Predictor(live=live), mode="live" if live else "simulated")
-        self._live, self._snapshot_s = live, snapshot_s
-        self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
-        self._changing = asyncio.Lock()
 
     def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
         """Begin to show a session in which the devices of these users count their true motion."""
@@ -139,14 +130,6 @@ class RunningSession(Session):
         snapshots = self._feed.rows(now_ns)
         self._notices.watch(snapshots, self.layout)
         return snapshots
-
-    @abstractmethod
-    def _state(self) -> tuple[bool, list[str]]:
-        """Return whether time stands still, and notices as long as they hold."""
-
-    @abstractmethod
-    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
-        """Change a parameter, to what is wanted then; return why not, or ""."""
 
     async def set(self, path: str, value: Setting) -> Handled:
         """Change a parameter; one change at a time."""

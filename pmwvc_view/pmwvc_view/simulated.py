@@ -26,7 +26,7 @@ from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import TraceBlock, TraceStep
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, RunningSession, ramped
+from pmwvc_view.session import Handled, Session, ramped
 
 LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in tape.KEPT]
@@ -113,7 +113,7 @@ class Simulation:
 LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
 
 
-class SimulatedSession(RunningSession):
+class SimulatedSession(Session):
     """See :class:`.session.Session`."""
 
     def __init__(

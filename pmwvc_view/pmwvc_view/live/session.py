@@ -17,16 +17,16 @@ from pmwvc_view.controls import Control, Setting
 from pmwvc_view.live.graph import AboutSession, Graph
 from pmwvc_view.live.topics import Inlets, PublishedHand
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, RunningSession, ramped
+from pmwvc_view.session import Handled, Session, ramped
 
 STEP_S = 0.02  # between two steps of a delay on its way
 SILENT_S = 10.0  # without a trace: the session is over; a busy machine may stall for seconds
 
 
-class LiveSession(RunningSession):
+class LiveSession(Session):
     """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread."""
 
-    can = RunningSession.can - {"restart"}
+    can = Session.can - {"restart"}
 
     def __init__(
         self, node: Node, graph: Graph, about: AboutSession, *, snapshot_s: float

@@ -8,7 +8,6 @@ Any program of the domain can publish on these topics: bytes that are no message
 fields do not fit together, or of another shape than the session's, are skipped.
 """
 
-import contextlib
 import math
 import struct
 import time
@@ -16,7 +15,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
@@ -29,8 +27,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import Polled
-from pmwvc_core.transport.receiver import ROUND_TRIP
-from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
+from pmwvc_msgs.msg import MasterTrace, PacketFate, Reception, ServerTrace
 from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import AVATAR, F_H, KEPT, NS, OBJECT, TraceBlock, TraceStep
@@ -129,9 +126,11 @@ class Inlets:
         }
         self._steps = polled(ServerTrace, f"{prefix}/server/trace", raw=True)
         self._fates = polled(PacketFate, f"{prefix}/netem/fates")
-        self._health = polled(DiagnosticArray, "/diagnostics")
+        self._receptions = {
+            user: polled(Reception, f"{prefix}/{user}/reception") for user in graph.users
+        }
         self._events = polled(ParameterEvent, "/parameter_events")
-        self.round_trips: dict[str, float | None] = {}
+        self.round_trips: dict[str, float] = {}
         self.silent_s, self._emptied_s = 0.0, time.monotonic()
         self.changed = False
 
@@ -163,26 +162,16 @@ class Inlets:
             packets, age_ns = packets_of(message), abs(self.now_ns() - zero_ns)
             if len(packets) and abs(packets[-1, 1] - zero_ns) < NEAR_NS + age_ns:
                 feed.on_packets(number, packets)
-        self._take_health()
+        for user, polled in self._receptions.items():
+            for message in polled:
+                if not self._graph.emulated:  # an emulator's packets tell more often
+                    self.round_trips[f"{user}.round_trip"] = message.round_trip
         for event in self._events:
             known = self._graph.values.get(event.node)
             if known is not None:
                 for each in event.changed_parameters:
                     known[each.name] = parameter_value_to_python(each.value)
                 self.changed = True
-
-    def _take_health(self) -> None:
-        """Take what masters report; with an emulator the packets tell more often."""
-        owners = {self._graph.master(user): user for user in self._graph.users}
-        for message in self._health:
-            for status in message.status:
-                user = owners.get(status.name)
-                if user is None or self._graph.emulated:
-                    continue
-                found = [pair.value for pair in status.values if pair.key == ROUND_TRIP]
-                self.round_trips[f"{user}.round_trip"] = None
-                with contextlib.suppress(IndexError, ValueError):  # it knows none
-                    self.round_trips[f"{user}.round_trip"] = 1e-3 * float(found[0])
 
 
 def packets_of(message: Any) -> Array:
