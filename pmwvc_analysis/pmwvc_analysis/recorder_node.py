@@ -83,21 +83,19 @@ class BackgroundWriter:
         """Write what waits, complete the recording (record ``losses``), and return what is missing
         in it and why, one line each.
         """
-        counter = self.writer.counter
         if self._thread.is_alive():
             self._waiting.put(())
             self._thread.join()
             losses = {
-                topic: f"{messages} messages, {counter.missing(topic)} numbers missing, "
-                f"{self.overrun[topic]} not queued"
-                for topic, messages in counter.messages.items()
+                topic: f"{messages} messages, {self.overrun[topic]} not queued"
+                for topic, messages in self.writer.messages.items()
             }
             self.writer.add_metadata("losses", losses)
             self.writer.close()
         found = [f"{topic}: {n} did not fit the queue" for topic, n in self.overrun.items()]
         if self.writer.problem:
             found.append(f"{self.writer.problem}; {self.writer.refused} messages not written")
-        return found + counter.lines()
+        return found
 
     def _run(self) -> None:
         """Write until an empty sequence comes."""
@@ -194,7 +192,7 @@ class Recorder:
         """Return what people should know, once a second."""
         writer = self._background.writer
         values: dict[str, object] = {
-            "messages": sum(writer.counter.messages.values()),
+            "messages": sum(writer.messages.values()),
             "refused": writer.refused,
             "not queued": self._background.overrun.total(),
             "most waiting [MiB]": f"{self._background.most_waiting_bytes / 2**20:.1f}",

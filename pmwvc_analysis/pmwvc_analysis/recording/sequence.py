@@ -8,21 +8,13 @@ that did, is missing; the first one of a publisher started while recording is 1,
 before it counts too.
 """
 
-import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from pmwvc_analysis.recording import schemas
 
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
-_EPOCH_NUMBER = {  # behind the stamp, and the clock where a type has one
-    schemas.WAVE: struct.Struct("<16xQI"),
-    schemas.MASTER_TRACE: struct.Struct("<16xQI"),
-    schemas.SERVER_TRACE: struct.Struct("<16xQQ"),
-    schemas.RECEPTION: struct.Struct("<8xQI"),
-}
-_LENGTH = struct.Struct("<8xI")  # of the link's name, behind the stamp
-_FATES = struct.Struct("<QI")  # behind the name: number of the first one and how many
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,25 +26,12 @@ class Numbered:
     count: int = 1
 
 
-def peek(type_name: str, data: bytes) -> Numbered | None:
-    """Return the numbers of a serialized message, or None: another type, or not a whole message.
-
-    Offsets follow from the field order in the ``.msg`` files: the numbers come right after the
-    stamps. The recorder has no time to decode messages.
-    """
-    body = data[4:]  # behind the encapsulation
-    try:
-        if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
-            epoch, number = layout.unpack_from(body)
-            return Numbered(f"{epoch:016x}", number)
-        if type_name != schemas.PACKET_FATE:
-            return None
-        (length,) = _LENGTH.unpack_from(body)
-        end = _LENGTH.size + length
-        link = body[_LENGTH.size : max(end - 1, _LENGTH.size)].decode("utf-8", "replace")
-        return Numbered(link, *_FATES.unpack_from(body, end + -end % 8))
-    except struct.error:
-        return None
+def numbered(type_name: str, message: Any) -> Numbered:
+    """Return the numbers of a message of a session."""
+    if type_name == schemas.PACKET_FATE:
+        return Numbered(str(message.link), int(message.first), len(message.seq))
+    number = message.step if type_name == schemas.SERVER_TRACE else message.seq
+    return Numbered(f"{int(message.epoch):016x}", int(number))
 
 
 @dataclass

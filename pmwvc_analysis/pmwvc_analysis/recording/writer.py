@@ -19,7 +19,6 @@ from typing import BinaryIO
 from mcap.writer import CompressionType, Writer
 
 from pmwvc_analysis.recording import schemas, topics
-from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_core.errors import RecordingError, file_errors
 
@@ -44,7 +43,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self.path = self.folder / FILE_NAME
         self.problem: str | None = None
         self.refused = 0
-        self.counter = GapCounter()
+        self.messages: dict[str, int] = {}  # per topic
         self._span_ns: tuple[int, int] | None = None
         self._reserve = reserve_bytes
         self._channels: dict[str, tuple[int, Topic]] = {}
@@ -89,7 +88,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         metadata = {"offered_qos_profiles": qos.strip(), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)
         self._channels[topic.name] = (channel, topic)
-        self.counter.topic(topic.name)
+        self.messages[topic.name] = 0
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a record of names and texts: parameters, seeds, versions, losses."""
@@ -112,9 +111,9 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         if self._chunk_start_ns is None:
             self._chunk_start_ns = log_ns
         self._chunk_bytes += size
-        channel, known = self._channels[topic]
-        self.counter.add(topic, peek(known.type_name, data))
-        number = self.counter.messages[topic] & 0xFFFFFFFF
+        channel, _ = self._channels[topic]
+        self.messages[topic] += 1
+        number = self.messages[topic] & 0xFFFFFFFF
         first_ns, last_ns = self._span_ns or (log_ns, log_ns)
         self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
         sent_ns = log_ns if publish_ns is None else publish_ns
@@ -128,7 +127,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._chunk_start_ns, self._chunk_bytes = None, 0
         if self.problem:
             return
-        self._kept = dict(self.counter.messages)
+        self._kept = dict(self.messages)
         if (full := self._too_full()) is not None:
             self._finish()
             self.problem = f"recording stopped: {full}; everything up to here is kept"
@@ -184,7 +183,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
                 f"recording stopped: {error.strerror or error}; "
                 f"kept up to the last whole chunk ({self._good} bytes)"
             )
-            self.refused += sum(self.counter.messages.values()) - sum(self._kept.values())
+            self.refused += sum(self.messages.values()) - sum(self._kept.values())
             # drop what is behind the last whole chunk, past the half-written buffer
             raw = getattr(self._file, "raw", None) or self._file
             with contextlib.suppress(OSError, ValueError):
