@@ -40,16 +40,10 @@ examples:
 
 
 class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Examples stay as written; the longest name fits before its description."""
+    """Examples stay as written."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=28, width=99)
-
-    def add_argument(self, action: argparse.Action) -> None:
-        """Count the indentation of sub-commands, which the base class forgets."""
-        super().add_argument(action)
-        if isinstance(action, argparse._SubParsersAction):
-            self._action_max_length += self._indent_increment
 
 
 class Parser(argparse.ArgumentParser):

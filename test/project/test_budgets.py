@@ -77,7 +77,7 @@ ROOMS = {
     "figures and reports": Room(
         2_709, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_553, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_462, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_148, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_450, 3_000, ("pmwvc_view",)),
 }

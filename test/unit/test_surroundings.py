@@ -206,14 +206,3 @@ def test_a_simulation_states_which_device_it_leaves_out():
     surroundings.check(scenario)
     (note,) = surroundings.notes(scenario)
     assert note.startswith("user2: a simulated device replaces device.plugin = 'ros_topic'")
-
-
-@pytest.mark.parametrize(
-    ("users", "cores", "busy", "needed"),
-    [(2, 2, 0.3, None), (6, 2, 0.0, None), (8, 2, 0.0, "2.4"), (2, 2, 3.5, "0.6")],
-)
-def test_a_session_that_the_cores_cannot_carry_is_warned_of(users, cores, busy, needed):
-    scenario = scenarios.load("carry_16ms", users=users)
-    found = surroundings.too_much(scenario, cores=cores, busy=busy)
-    assert bool(found) == bool(needed)
-    assert all(f"needs about {needed} cores; this machine has {cores}" in text for text in found)

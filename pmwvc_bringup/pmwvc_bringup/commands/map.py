@@ -18,10 +18,8 @@ if TYPE_CHECKING:
     from pmwvc_core.scenario.scenario import Scenario
 
 
-COUNT = 60  # points of an axis without a range
-FRAMES = 6  # largest delay of an axis without a range
 MOST_POINTS = 1_000_000
-AXIS: Any = {"required": True, "metavar": "NAME[=A:B:N]"}
+AXIS: Any = {"required": True, "metavar": "NAME=A:B:N"}
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
@@ -41,12 +39,11 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
           --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
-      pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s \\
+      pmwvc map carry_16ms --x server.contact_stiffness=0:3000:60 --y link.delay_s=0:0.048:7 \\
           --sessions sessions/*carry*
       pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-    NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The map is written as
-    map.png, .svg, .npz, .csv, .mat and .json.
+    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.figures.model_charts import stability_map
@@ -82,18 +79,15 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
 
 
 def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
-    """Return the axis of ``NAME=A:B:N`` or of a name alone; else PmwvcError with the option."""
+    """Return the axis of ``NAME=A:B:N``; else PmwvcError with the option."""
     from pmwvc_analysis.maps.maps import MapAxis
     from pmwvc_core.scenario.names import value_of, varied
 
-    name, equals, span = text.partition("=")
+    name, _, span = text.partition("=")
     try:
-        value = value_of(scenario, name)
-        if equals:
-            first, last, count = span.split(":")
-            values = _spread(float(first), float(last), int(count))
-        else:
-            values = _usual(scenario, name, value)
+        value_of(scenario, name)  # refuses what is none
+        first, last, count = span.split(":")
+        values = _spread(float(first), float(last), int(count))
         for edge in (values[0], values[-1]):
             varied(scenario, name, edge)  # refuses what is out of range
     except PmwvcError as error:
@@ -102,19 +96,6 @@ def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
         form = "must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
         raise PmwvcError(f"{option}{text}: {form}") from None
     return MapAxis(name, values)
-
-
-def _usual(scenario: "Scenario", name: str, value: float | None) -> tuple[float, ...]:
-    """Return a range that suits a parameter."""
-    if name.endswith("delay_s"):
-        return _spread(0.0, FRAMES * scenario.server.period_s, FRAMES + 1)
-    if not value:
-        raise PmwvcError(f"{name}: give its range, {name}=FIRST:LAST:COUNT")
-    if name.endswith(("rate_drop", "period_s")):
-        raise PmwvcError(f"{name}: give its range, e.g. {name}={value:g}:{2 * value:g}:2")
-    if name.endswith("contact_stiffness"):
-        return _spread(0.0, max(3000.0, 2.0 * value), COUNT)
-    return _spread(value / 4.0, 4.0 * value, COUNT)
 
 
 def _spread(first: float, last: float, count: int) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import terminal
-from pmwvc_core.errors import RecordingError, file_errors
+from pmwvc_core.errors import PmwvcError
 
 WHAT = "a session folder, or a scenario to simulate in real time"
 NODES = ("master", "netem", "recorder", "server", "view")
@@ -38,7 +38,11 @@ def view(arguments: argparse.Namespace) -> cli.Result:
     page, browser = Page(arguments.host, arguments.port), arguments.browser
     folder = Path(arguments.what).expanduser()
     if folder.is_dir():
-        show(_recorded(folder).resolve().as_uri(), terminal(), browser=browser)
+        from pmwvc_analysis.session_files import REPLAY
+
+        if not (file := folder / REPLAY).is_file():
+            raise PmwvcError(f"{folder} has no {REPLAY}: 'pmwvc report {folder}' writes it")
+        show(file.resolve().as_uri(), terminal(), browser=browser)
         return cli.Result()
     from pmwvc_bringup.session.surroundings import check
     from pmwvc_view import SNAPSHOT_S
@@ -49,25 +53,6 @@ def view(arguments: argparse.Namespace) -> cli.Result:
     session = SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
     serve(session, terminal(), page=page, browser=browser)
     return cli.Result()
-
-
-def _recorded(folder: Path) -> Path:
-    """Return the page of a recorded session, which is made where its report has not made it."""
-    from pmwvc_analysis.recording.reader import read_scenario, read_session
-    from pmwvc_analysis.session_files import REPLAY
-    from pmwvc_analysis.verdicts.verdicts import summary
-    from pmwvc_view.replay_page import replay_page
-
-    if (page := folder / REPLAY).is_file():
-        return page
-    traces, scenario = read_session(folder), read_scenario(folder)
-    text = replay_page(traces, scenario, summary(traces, scenario)) if scenario else None
-    if text is None:
-        why = "has no scenario.yaml" if scenario is None else "holds nothing of its users"
-        raise RecordingError(f"{folder} {why}: its page cannot be made")
-    with file_errors(f"write {page}"):
-        page.write_text(text, encoding="utf-8")
-    return page
 
 
 @cli.command(

@@ -5,16 +5,11 @@
 import argparse
 import sys
 import textwrap
-from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_core.errors import PmwvcError
-
-if TYPE_CHECKING:
-    from pmwvc_analysis.doctor import Checked as RecordingFinding
-    from pmwvc_bringup.machine import MachineCheck
 
 
 @cli.command(
@@ -31,16 +26,15 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
     exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it
     has only losses that it declares, 3 when it is damaged
     """
-    findings: Sequence[MachineCheck | RecordingFinding]
-    if arguments.folder:
-        from pmwvc_analysis.doctor import check_recording, exit_code
+    from pmwvc_analysis.doctor import PROBLEM, check_recording, exit_code
 
+    if arguments.folder:
         if not arguments.folder.exists():
             raise PmwvcError(f"{arguments.folder}: there is no such session folder")
-        recorded = check_recording(arguments.folder)
-        findings, code = recorded, exit_code(recorded)
+        findings = check_recording(arguments.folder)
+        code = exit_code(findings)
     else:
-        from pmwvc_bringup.machine import PROBLEM, examine
+        from pmwvc_bringup.machine import examine
 
         findings = examine()
         code = int(any(finding.status == PROBLEM for finding in findings))

@@ -133,10 +133,6 @@ def own_environment(environment: Mapping[str, str]) -> dict[str, str]:
     }
 
 
-# Of a core at 1 kHz: a master takes 12 to 25 %, its share of the other nodes up to 15 %.
-USER_CORES, TICK_S = 0.3, 0.001
-
-
 def check(scenario: Scenario) -> None:
     """Refuse a scenario that could not run: ScenarioError with every file and plug-in that cannot
     be used, each once, with its first user.
@@ -182,19 +178,6 @@ def require_ros() -> None:
             "tree, or source an installed ROS 2; only run and node need it, 'pmwvc simulate' and "
             "all other commands do not"
         )
-
-
-def too_much(scenario: Scenario, *, cores: int, busy: float) -> list[str]:
-    """Return a warning, in a sentence, of a live session for which the cores of this machine are
-    too few; ``busy`` of them have other work.
-    """
-    needed = len(scenario.users) * USER_CORES * TICK_S / scenario.tick_s
-    if needed + busy <= cores:
-        return []
-    return [
-        f"Warning: this session needs about {needed:.1f} cores; this machine has {cores}, with a "
-        f"load of {busy:.1f}: loops will be late. End other programs, or take fewer users."
-    ]
 
 
 def notes(scenario: Scenario) -> list[str]:
