@@ -18,7 +18,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Validated
 from pmwvc_core.params.fields import group, parameter
 from pmwvc_core.runtime.pacing import request_priority
-from pmwvc_core.runtime.parameters import declare, declare_names
+from pmwvc_core.runtime.parameters import declare
 from pmwvc_core.runtime.process import OK, publish_health, run_node
 from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.live.graph import AboutSession, find
@@ -31,7 +31,7 @@ PRIORITY = 2  # below loops and recorder: a hand waits for no ordinary program
 
 @dataclass(frozen=True)
 class ViewParams(Validated):
-    """The parameters of the node beside the names of the users."""
+    """The parameters of the node."""
 
     host: str = parameter(
         "127.0.0.1", "-", "address to listen on; beyond loopback others can join"
@@ -40,18 +40,12 @@ class ViewParams(Validated):
     session: AboutSession = group(AboutSession)
 
 
-def declare_settings(node: Node) -> tuple[list[str], ViewParams]:
-    """Declare the parameters; return the names of the users, and all others."""
-    users = declare_names(node, "users", [], "names of the users (empty: those of the session)")
-    return users, declare(node, "", ViewParams)
-
-
 class View:
     """The node: settings, and the server of the page."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._users, self._params = declare_settings(node)
+        self._params = declare(node, "", ViewParams)
         self._server: PageServer | None = None
         publish_health(node, self._health)
 
@@ -59,7 +53,7 @@ class View:
         """Find the session, and serve its page."""
         request_priority(PRIORITY)
         params = self._params
-        graph = find(self._node, self._users, stop, emulated=params.session.emulated)
+        graph = find(self._node, stop, emulated=params.session.emulated)
         if graph is None:
             return
         session = LiveSession(self._node, graph, params.session, snapshot_s=SNAPSHOT_S)

@@ -97,7 +97,7 @@ def test_what_is_written_is_in_the_file_and_in_its_metadata(tmp_path):
     assert stored(writer.path)[1].whole
 
 
-def test_a_chunk_is_at_most_a_second_and_at_most_four_mebibytes(tmp_path):
+def test_a_chunk_is_at_most_a_second_and_ends_at_four_mebibytes(tmp_path):
     with begun(tmp_path / "a") as writer:
         write_some(writer, 30, step_ns=SECOND // 10)
     assert stored(writer.path)[1].chunks == 3
@@ -105,7 +105,7 @@ def test_a_chunk_is_at_most_a_second_and_at_most_four_mebibytes(tmp_path):
         write_some(writer, 2 * CHUNK_BYTES // len(packet(1)), step_ns=1000)
     with writer.path.open("rb") as stream:
         chunks = make_reader(stream).get_summary().chunk_indexes
-    assert CHUNK_BYTES - 200 < max(each.uncompressed_size for each in chunks) <= CHUNK_BYTES
+    assert CHUNK_BYTES <= max(each.uncompressed_size for each in chunks) < CHUNK_BYTES + 200
 
 
 def test_where_nothing_can_be_recorded_is_refused_and_nothing_is_left(tmp_path):
@@ -120,7 +120,7 @@ def test_where_nothing_can_be_recorded_is_refused_and_nothing_is_left(tmp_path):
     assert not (tmp_path / "b" / "session.mcap").exists()
 
 
-def test_a_full_disk_keeps_every_whole_chunk_and_reports_it(tmp_path):
+def test_a_full_disk_keeps_every_full_second_and_reports_it(tmp_path):
     writer = begun(tmp_path / "a")
     write_some(writer, 100)
     writer.flush()
@@ -128,7 +128,7 @@ def test_a_full_disk_keeps_every_whole_chunk_and_reports_it(tmp_path):
     with largest_file(kept + 100):
         write_some(writer, 1000, first=101)
         writer.flush()
-        assert "kept up to the last whole chunk" in writer.problem
+        assert "kept up to the last full second" in writer.problem
         writer.close()
     assert stored(writer.path)[0] == packets(100)
     assert writer.path.stat().st_size == kept

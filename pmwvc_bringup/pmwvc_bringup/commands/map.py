@@ -5,7 +5,6 @@
 import argparse
 import contextlib
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +56,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
-    measured = points_in(arguments.sessions, grid)
+    measured = [measured_in(session, grid) for session in arguments.sessions]
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
     folder = arguments.out or Path(default)
     finished, size = 0, len(x.values) * len(y.values)
@@ -105,19 +104,6 @@ def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
         raise ValueError("empty range")
     # Rounded, so that 0.016 is written for the delay of 16 ms.
     return tuple(float(f"{value:.12g}") for value in np.linspace(first, last, count))
-
-
-def points_in(folders: Sequence[Path], grid: "Grid") -> list["MapPoint"]:
-    """Return sessions as points of a map; RecordingError with every folder that is none."""
-    found, wrong = [], []
-    for folder in folders:
-        try:
-            found.append(measured_in(folder, grid))
-        except PmwvcError as error:
-            wrong.append(str(error))
-    if wrong:
-        raise RecordingError("\n".join(wrong))
-    return found
 
 
 def measured_in(folder: Path, grid: "Grid") -> "MapPoint":

@@ -118,7 +118,6 @@ def nodes(
             node[TOKEN_FILE] = str(tokens / name)
     recorder = {"folder": str(folder.resolve()), "users": names, "page": page is not None}
     view = {
-        "users": names,
         "session.emulated": True,
         "session.name": scenario.name,
         "session.description": scenario.description,

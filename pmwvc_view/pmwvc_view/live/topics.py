@@ -1,21 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The topics of a session: emptied into the feed of a page, and the hands of a page, published on
-``hand/target`` and ``hand/held`` of each user as bytes (CDR, little endian): a fifth of what
-message objects cost.
+``hand/target`` and ``hand/held`` of each user.
 
 Any program of the domain can publish on these topics: bytes that are no message, a message whose
 fields do not fit together, or of another shape than the session's, are skipped.
 """
 
 import math
-import struct
 import time
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import Point, PointStamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
@@ -191,14 +189,14 @@ def link_number(link: str, users: Sequence[str]) -> int | None:
 TARGET_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 HELD_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
 HELD_S = 0.13  # between two repetitions of what holds
-_TARGET = struct.Struct("<4siIIc3x3d")  # encapsulation, stamp, empty name of a frame, point
 
 
-def target_bytes(position: Sequence[float], stamp_ns: int) -> bytes:
-    """Return a target [m] as a serialized PointStamped; axes that there are not are zero."""
-    sec, nanosec = divmod(stamp_ns, 1_000_000_000)
-    point = (*position[:3], 0.0, 0.0)[:3]
-    return _TARGET.pack(b"\x00\x01\x00\x00", sec, nanosec, 1, b"\0", *point)
+def target_message(position: Sequence[float], stamp_ns: int) -> PointStamped:
+    """Return a target [m] as a message; axes that there are not are zero."""
+    message = PointStamped()
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, NS)
+    message.point = Point(**dict(zip("xyz", map(float, position), strict=False)))
+    return message
 
 
 class PublishedHand:
@@ -223,4 +221,4 @@ class PublishedHand:
         if not closed or now_s - self._flagged_s > HELD_S:  # one started meanwhile missed it
             self._flagged_s = now_s
             self._flags.publish(Bool(data=True))
-        self._targets.publish(target_bytes(position, time.time_ns()))
+        self._targets.publish(target_message(position, time.time_ns()))
