@@ -213,7 +213,6 @@ def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
     users = declare_names(node, "users", ["user1", "user2"], "names of the users")
     emulated = flag("netem", True, "the links are emulated: waves have a topic at either end")
     people = flag("people", True, "also record markers, diagnostics and the targets of hands")
-    page = flag("page", False, "a page will lead the remote hands of the scenario: wait for it")
     words = "disk space kept free: recording stops in good order there"
     space = Spec(int, "MiB", low=0, description=words)
     reserve = declare_value(node, "reserve_mib", space, RESERVE_BYTES >> 20)
@@ -222,15 +221,7 @@ def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
     if not users:
         raise ParameterError("users is empty: name at least one user")
     links = [f"{user}/{way}" for user in users for way in ("up", "down")] if emulated else []
-    scenario = read_scenario(folder) if page else None
-    hands = (
-        [user.name for user in scenario.users if user.operator.from_outside] if scenario else []
-    )
-    return (
-        Path(folder),
-        session_topics(users, links=links, people=people, hands=hands),
-        reserve << 20,
-    )
+    return Path(folder), session_topics(users, links=links, people=people), reserve << 20
 
 
 def _subscribed(node: Node, topic: Topic) -> Polled:

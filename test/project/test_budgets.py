@@ -67,7 +67,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_416,
+        3_405,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),

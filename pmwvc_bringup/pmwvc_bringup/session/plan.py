@@ -116,7 +116,7 @@ def nodes(
     if tokens:
         for name, node in ((SERVER, server), *masters.items()):
             node[TOKEN_FILE] = str(tokens / name)
-    recorder = {"folder": str(folder.resolve()), "users": names, "page": page is not None}
+    recorder = {"folder": str(folder.resolve()), "users": names}
     view = {
         "session.emulated": True,
         "session.name": scenario.name,
