@@ -67,7 +67,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_405,
+        3_403,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -78,7 +78,7 @@ ROOMS = {
         2_709, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_447, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_148, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_434, 3_000, ("pmwvc_view",)),
 }
 
