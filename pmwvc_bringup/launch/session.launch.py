@@ -32,7 +32,7 @@ def session(context):
     words = [sys.executable, "-m", "pmwvc_bringup", "run", given["scenario"]]
     for name in ("users", "duration", "out"):
         words += [f"--{name}", given[name]] if given[name] else []
-    words += ["--view"] if given["view"].lower() in ("true", "1", "yes") else []
+    words += ["--view", "--no-browser"] if given["view"].lower() in ("true", "1", "yes") else []
     domain = {"ROS_DOMAIN_ID": os.environ.get("ROS_DOMAIN_ID") or "0"}
     process = ExecuteProcess(
         cmd=words, name="session", output="screen", additional_env=domain,

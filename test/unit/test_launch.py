@@ -58,7 +58,7 @@ def test_a_launched_session_is_a_run_of_what_was_given_in_the_domain_of_the_laun
     assert process.cmd[:3] == [sys.executable, "-m", "pmwvc_bringup"]
     words = build_parser().parse_args(process.cmd[3:])
     assert (words.scenario, words.users, words.duration, words.view) == ("wall", 1, 2.0, True)
-    assert words.out == Path("there") and words.figures
+    assert words.out == Path("there") and words.figures and not words.browser
     assert process.additional_env == {"ROS_DOMAIN_ID": "7"}
 
 

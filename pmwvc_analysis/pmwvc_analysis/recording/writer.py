@@ -46,7 +46,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self._reserve = reserve_bytes
         self._channels: dict[str, tuple[int, Topic]] = {}
         self._types: dict[str, tuple[int, str]] = {}  # schema and hash by name
-        self._flushed_ns: int | None = None  # first log time since
+        self._since_ns: int | None = None  # first log time after the last flush
         self._kept: dict[str, int] = {}  # messages per topic up to there
         self._closed = False
         with file_errors(f"record into {self.folder}"):
@@ -93,13 +93,13 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self, topic: str, data: bytes, *, log_ns: int, publish_ns: int | None = None
     ) -> None:
         """Add a serialized message (CDR) to an announced topic."""
-        if self._flushed_ns is not None and abs(log_ns - self._flushed_ns) >= CHUNK_NS:
+        if self._since_ns is not None and abs(log_ns - self._since_ns) >= CHUNK_NS:
             self.flush()
         if self.problem or self._closed:
             self.refused += 1
             return
-        if self._flushed_ns is None:
-            self._flushed_ns = log_ns
+        if self._since_ns is None:
+            self._since_ns = log_ns
         channel, _ = self._channels[topic]
         self.messages[topic] += 1
         number = self.messages[topic] & 0xFFFFFFFF
@@ -113,7 +113,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         if self.problem or self._closed:
             return
         self._guarded(self._end_chunk)
-        self._flushed_ns = None
+        self._since_ns = None
         if self.problem:
             return
         self._kept = dict(self.messages)
