@@ -20,7 +20,6 @@ from pmwvc_core.params.fields import group, parameter
 from pmwvc_core.runtime.pacing import request_priority
 from pmwvc_core.runtime.parameters import declare
 from pmwvc_core.runtime.process import OK, publish_health, run_node
-from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.live.graph import AboutSession, find
 from pmwvc_view.live.session import LiveSession
 from pmwvc_view.web.access import is_loopback, new_token, why_refused
@@ -56,11 +55,9 @@ class View:
         graph = find(self._node, stop, emulated=params.session.emulated)
         if graph is None:
             return
-        session = LiveSession(self._node, graph, params.session, snapshot_s=SNAPSHOT_S)
+        session = LiveSession(self._node, graph, params.session)
         host, port = params.host, params.port
-        self._server = server = PageServer(
-            session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S
-        )
+        self._server = server = PageServer(session, host=host, port=port, token=new_token())
         if not is_loopback(host):
             text = f"host = {host}: whoever has the address with its token can take part"
             self._node.get_logger().warning(text)

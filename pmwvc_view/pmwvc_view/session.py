@@ -16,7 +16,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view import controls, description
+from pmwvc_view import SNAPSHOT_S, controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
@@ -48,11 +48,11 @@ class Session(ABC):
     _scenario: Scenario
     _duration_s: float | None = None  # None: it goes on until it is ended
 
-    def __init__(self, *, live: bool, snapshot_s: float) -> None:
+    def __init__(self, *, live: bool) -> None:
         self.generation = 0  # counts its beginnings: another one, and all is described anew
         self.ended: str | None = None  # why it is over; None while it goes on
         self.report = ""  # where its report will be, "" where there will be none
-        self._live, self._snapshot_s, self._predictor = live, snapshot_s, Predictor(live=live)
+        self._live, self._predictor = live, Predictor(live=live)
         self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
         self._changing = asyncio.Lock()
 
@@ -64,10 +64,10 @@ class Session(ABC):
             values=controls.values_of(self.scenario(), self._preset_name()),
         )  # fmt: skip
 
-    def message(self, *, holders: Mapping[str, str | None], snapshot_s: float) -> dict[str, Any]:
+    def message(self, holders: Mapping[str, str | None]) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
         return description.message(
-            self.description(), self.layout, can=self.can, holders=holders, snapshot_s=snapshot_s
+            self.description(), self.layout, can=self.can, snapshot_s=SNAPSHOT_S, holders=holders
         )
 
     def scenario(self) -> Scenario:
@@ -112,7 +112,7 @@ class Session(ABC):
         """Begin to show a session in which the devices of these users count their true motion."""
         self._scenario, self._exact = scenario, exact
         self.layout = Layout([user.name for user in scenario.users], scenario.dof)
-        self._feed = Feed(self.layout, scenario, period_ns=round(self._snapshot_s * NS))
+        self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS))
         self._lags = description.lags(scenario, live=self._live)
         self._judge, self._notices = Judge(self._feed.tape), Notices()
         self._text: dict[str, Any] = {}

@@ -27,7 +27,7 @@ class HandmadeSession(Session):
     can = frozenset({"take", "let_go", "target", "pause", "seen"})
 
     def __init__(self, users=("user1", "user2")) -> None:
-        super().__init__(live=False, snapshot_s=0.016)
+        super().__init__(live=False)
         self.layout = Layout(users, 1)
         self.names = users
         self.polls = 0
@@ -124,7 +124,7 @@ class Served:
     ) -> None:
         self.session = session
         self._stop, self._ready = threading.Event(), threading.Event()
-        self.server = PageServer(session, host=host, port=0, token=TOKEN, snapshot_s=snapshot_s)
+        self.server = PageServer(session, host=host, port=0, token=TOKEN, poll_s=snapshot_s)
         self._thread = threading.Thread(target=self.server.run, args=(self._stop, self._ready.set))
         self._thread.start()
         assert self._ready.wait(PATIENCE_S)

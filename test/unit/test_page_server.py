@@ -244,7 +244,7 @@ def test_questions_as_many_as_a_page_may_send_are_dropped_before_any_work(monkey
         return changed(*given)
 
     monkeypatch.setattr(controls, "changed", counted)
-    session = SimulatedSession(load("live"), snapshot_s=0.016)
+    session = SimulatedSession(load("live"))
     with served(session) as server, server.page() as page:
         for number in range(QUESTIONS):
             page.send("ask", id=number, values={"link.delay_s": 0.02})

@@ -172,5 +172,4 @@ def _continuing(series: Series) -> list[bool]:
 def _as_neighbours(times_ns: NDArray[Any]) -> Flags:
     """Tell which times differ from the median of five around them by less than ``CLOCK_NS``."""
     times = times_ns.astype(float)
-    around = median_filter(times, 5, mode="reflect")
-    return np.asarray(np.abs(times - around) < CLOCK_NS)
+    return np.asarray(np.abs(times - median_filter(times, 5, mode="reflect")) < CLOCK_NS)

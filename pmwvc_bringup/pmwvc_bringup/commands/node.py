@@ -45,13 +45,11 @@ def view(arguments: argparse.Namespace) -> cli.Result:
         show(file.resolve().as_uri(), terminal(), browser=browser)
         return cli.Result()
     from pmwvc_bringup.session.surroundings import check
-    from pmwvc_view import SNAPSHOT_S
     from pmwvc_view.simulated import SimulatedSession
 
     scenario = cli.scenario_of(arguments)
     check(scenario)
-    session = SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
-    serve(session, terminal(), page=page, browser=browser)
+    serve(SimulatedSession(scenario), terminal(), page=page, browser=browser)
     return cli.Result()
 
 

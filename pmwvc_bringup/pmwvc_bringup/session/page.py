@@ -12,7 +12,6 @@ from rich.console import Console
 from pmwvc_bringup.session.plan import Page
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
-from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.session import Session
 from pmwvc_view.web.access import new_token, why_refused
 from pmwvc_view.web.server import PageServer
@@ -21,9 +20,7 @@ from pmwvc_view.web.server import PageServer
 def serve(session: Session, console: Console, *, page: Page, browser: bool) -> None:
     """Serve a session until interrupted; PmwvcError where the address cannot be listened on."""
     require_address(page)
-    server = PageServer(
-        session, host=page.host, port=page.port, token=new_token(), snapshot_s=SNAPSHOT_S
-    )
+    server = PageServer(session, host=page.host, port=page.port, token=new_token())
     with Interrupts().caught() as interrupts:
         server.run(interrupts, lambda: show(server.address, console, browser=browser))
 

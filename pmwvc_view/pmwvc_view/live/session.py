@@ -28,10 +28,8 @@ class LiveSession(Session):
 
     can = Session.can - {"restart"}
 
-    def __init__(
-        self, node: Node, graph: Graph, about: AboutSession, *, snapshot_s: float
-    ) -> None:
-        super().__init__(live=True, snapshot_s=snapshot_s)
+    def __init__(self, node: Node, graph: Graph, about: AboutSession) -> None:
+        super().__init__(live=True)
         self._node, self._graph, self._about = node, graph, about
         self._duration_s, self.report = about.duration_s or None, about.report
         scenario = graph.scenario(about)
