@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """A second model of a playout of the strict channel, written from theory.md section 17 (17.1 to
-17.3, 17.14, 17.18, 17.19, 17.25, 17.27, 17.28) and nothing else.
+17.3, 17.14, 17.18, 17.19, 17.25, 17.27 to 17.29) and nothing else.
 
 Everything is kept on the sender's own axis of time: a polygon U(s) of the integral that arrived,
 and the moment ``played`` up to which it was given out. Signals are arrays of ``dof`` numbers.
@@ -46,7 +46,7 @@ class Polygon:
 
 
 class PlayedWave:
-    """What one end plays out of a wave: 17.2, 17.3, 17.14, 17.18, 17.19, 17.25."""
+    """What one end plays out of a wave: 17.2, 17.3, 17.14, 17.18, 17.19, 17.25, 17.29."""
 
     def __init__(self, dof, *, lent_once_j, fastest_repaid, grows_s, steps=1):
         self.dof, self.e0_j, self.steps, self.raised = dof, lent_once_j, steps, 1.0
@@ -63,7 +63,7 @@ class PlayedWave:
         self.newest_wave = np.zeros(self.dof)
         self.owed = np.zeros(self.dof)  # undelivered
         self.guess, self.wrong = np.zeros(self.dof), np.zeros(self.dof)
-        self.anything_owed = False
+        self.anything_owed, self.given_part = False, 1.0
         self.ramp = [(np.zeros(self.dof), 0.0)] * self.steps  # asked in the last steps
         self.quiet_s = self.shift_s = self.calm_s = 0.0
         self.speed, self.settling_s, self.packet_s = 1.0, 100 * MS, 0.0
@@ -190,12 +190,19 @@ class PlayedWave:
         if beyond_s > 0.0 or np.any(np.abs(mended) > 1e-15) or self.raised > 1.0:
             self.on_loan_j = self.e0_j
         free_j = self.free_j
-        wave = due / h
-        # 17.2; what is left for predictions lasts 30 ms at least
-        most_w = max(free_j + self.on_loan_j, 0.0) / (max(h, 30 * MS) if beyond_s > 0.0 else h)
-        most_w /= self.raised
-        if wave @ wave > 2.0 * most_w:
-            wave = wave * math.sqrt(2.0 * most_w / (wave @ wave))
+        # 17.2 and 17.29
+        energy_j = max(free_j + self.on_loan_j, 0.0)
+        wave = self.given_part * due / h
+        needs_w = 0.5 * self.raised * float(wave @ wave)
+        if beyond_s <= 0.0:
+            self.given_part = min(self.given_part + h / (30 * MS), 1.0)
+        elif needs_w > energy_j / max(h, 30 * MS):
+            self.given_part *= 1.0 - 0.5 * needs_w * h / max(energy_j, needs_w * h)
+        wave = self.given_part * due / h
+        needs_w = 0.5 * self.raised * float(wave @ wave)
+        if needs_w * h > energy_j:
+            wave = wave * math.sqrt(energy_j / (needs_w * h))
+        if self.given_part < 1.0 or needs_w * h > energy_j:
             self._owe(due - wave * h)
         if self.anything_owed and self.calm_s > 0.1:
             wave = wave + self._made_up(

@@ -160,8 +160,6 @@ def is_short(s: Playout, p: PlayoutParams) -> bool:
 def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]:
     """Return free energy beyond a level, at most so much: the wave can do without it [J]."""
     released_j, m = max(min(free_j(s) - beyond_j, most_j), 0.0), s.moved
-    if released_j == 0.0:
-        return s, released_j
     return s._replace(moved=m._replace(released_j=m.released_j + released_j)), released_j
 
 

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The playout of a wave on the strict channel: late packets concealed, no displacement lost, never
-more energy than was received and lent.
+"""The playout of the strict channel: late packets concealed, no displacement or energy invented.
 
 Segments come in: the integral dU of a wave over a duration dt of its sender, and the energy dJ
 that pays for it. They are played in the sender's time p (:mod:`.pace`), up to the end e of the
@@ -11,8 +10,10 @@ newest one and beyond it by that one's wave w^. With U(p) the integral up to p, 
     asked       = due + w^ (time beyond e) + mistaken min(h/MEND_S, 1)
     ramp        = mean of what was asked in the last N steps; the rest of it stays ``left``
     free        = received - given - released - discarded - reserve of what is still to be played
-    wave        = ramp/h, shortened to n |wave|^2 h/2 <= E0 + free, beyond e to h/MEND_S of that;
-                  where nothing is predicted, mended or raised, E0 is what was lent before
+    wave        = share ramp/h, shortened to n |wave|^2 h/2 <= E = E0 + free; where nothing is
+                  predicted, mended or raised, E0 is what was lent before
+    share       <- share (1 - n |wave|^2 h/(4E)) beyond e where n |wave|^2/2 > E/MEND_S: E lasts
+                  while the wave fades;   rises by h/MEND_S up to 1 before e
     undelivered <- undelivered + ramp - wave h     made up, but not out of the last TANK_J of E0
 
 n is the ratio of impedances (:mod:`pmwvc_core.law.wave.following`). A late segment settles its
@@ -63,6 +64,7 @@ class Playout(NamedTuple):
     moved: Energies
     raised: float  # n
     ramp: Ramp
+    share: float  # of the wave that is given out
 
 
 class PlayoutParams(NamedTuple):
@@ -77,7 +79,7 @@ class PlayoutParams(NamedTuple):
 def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
     knots, ramp = [Knot(0.0, rest, 0.0)], resting_ramp(rest, 1)
-    return Playout(NEW, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp)
+    return Playout(NEW, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp, 1.0)
 
 
 def begin(s: Playout) -> Playout:
@@ -135,7 +137,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
     moved = moved._replace(received_j=moved.received_j + energy_j)
     return Playout(
         pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved, s.raised,
-        s.ramp,
+        s.ramp, s.share,
     )  # fmt: skip
 
 
@@ -145,26 +147,26 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
         return s, zero(s.undelivered)
     m, before, before_j, undelivered = s.moved, s.played, s.played_j, s.undelivered
     half_j = 0.5 * h * s.raised  # energy of a wave of 1 sqrt(W)
-    in_store_s = max(s.pace.store_s, 0.0)
     pace, skipped_s, beyond_s = pace_step(s.pace, h)
     if skipped_s > 0.0:
-        before, before_j = played_to(s.knots, in_store_s - skipped_s)
+        before, before_j = played_to(s.knots, max(s.pace.store_s, 0.0) - skipped_s)
         undelivered = plus(undelivered, minus(before, s.played))
     to, to_j = played_to(s.knots, pace.store_s)
     guess, mended = scaled(s.wave, beyond_s), scaled(s.mistaken, min(h / MEND_S, 1.0))
     wanted = Asked(plus(plus(minus(to, before), guess), mended), to_j - before_j)
-    ramp, mean = ramp_step(s.ramp, wanted)
-    asked = mean.integral
-    lent_j = m.lent_j
-    if beyond_s > 0.0 or not within(mended, SETTLED) or s.raised > 1.0:
-        lent_j = p.store_j
+    ramp, (asked, _) = ramp_step(s.ramp, wanted)
+    lends = beyond_s > 0.0 or not within(mended, SETTLED) or s.raised > 1.0
+    lent_j = p.store_j if lends else m.lent_j
     since_s = 0.0 if pace.silent_s > OUTAGE_S else s.since_s + h
     wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j) - ramp.left.reserve_j
     power = max(free + lent_j, 0.0) / half_j
+    share = min(s.share + h / MEND_S, 1.0)
     if beyond_s > 0.0:
-        power *= h / max(h, MEND_S)
-    if squared(wave) > power:
-        wave = shortened(wave, math.sqrt(power))
+        share, square = s.share, s.share**2 * squared(wave)
+        if square > power * h / max(h, MEND_S):
+            share *= 1.0 - 0.5 * square / max(power, square)
+    if share < 1.0 or squared(wave) > power:
+        wave = shortened(scaled(wave, share), math.sqrt(power))
         undelivered = plus(undelivered, minus(asked, scaled(wave, h)))
     since = (since_s - SETTLE_S) * (1.0 / p.rises_s)
     if since > 0.0 and not within(undelivered, SETTLED):
@@ -182,7 +184,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     moved = Energies(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
     s = Playout(
         pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
-        undelivered, since_s, moved, s.raised, ramp,
+        undelivered, since_s, moved, s.raised, ramp, share,
     )  # fmt: skip
     return s, wave
 
@@ -207,10 +209,10 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
     """Let time go by in which the loop did not step [s]: what was due then stays undelivered."""
     if len(s.knots) == 1:
         return s
-    pace = s.pace
-    store_s = pace.store_s - max(min(lasted_s, pace.store_s), 0.0)  # what is in store is skipped
-    burst_s = SETTLE_S if lasted_s > OUTAGE_S else pace.burst_s
-    pace = pace._replace(store_s=store_s, burst_s=burst_s)
+    in_store_s = s.pace.store_s  # is skipped
+    burst_s = SETTLE_S if lasted_s > OUTAGE_S else s.pace.burst_s
+    store_s = in_store_s - max(min(lasted_s, in_store_s), 0.0)
+    pace = s.pace._replace(store_s=store_s, burst_s=burst_s)
     to, to_j = played_to(s.knots, pace.store_s)
     undelivered = plus(s.undelivered, minus(to, s.played))
     return s._replace(pace=pace, played=to, played_j=to_j, undelivered=undelivered)
