@@ -10,6 +10,7 @@ another one; state kept elsewhere than in what is returned breaks superposition.
 larger signals only is not seen: the notes of every answer say so.
 """
 
+import dataclasses
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
@@ -27,6 +28,7 @@ from pmwvc_analysis.models.linear import (
 from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
 from pmwvc_analysis.models.response import ONE, EndMatrix, Response, placed, reduced
 from pmwvc_analysis.models.variation import changed
+from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import ServerParams
@@ -79,9 +81,12 @@ def ends_of(runs: Sequence[Scenario], live: bool) -> list[tuple[tuple[Any, ...],
 
 
 def _try(runs: Sequence[Scenario], what: str, live: bool) -> None:
-    """Try code of other packages; NonlinearError where it has no model."""
+    """Try code of other packages, on the plain channel: a strict one passes a wave only if its
+    energy has come; NonlinearError where it has no model.
+    """
+    plain = [dataclasses.replace(run, channel=PLAIN) for run in runs]
     try:
-        for (kind, *given), of_runs in ends_of(runs, live):
+        for (kind, *given), of_runs in ends_of(plain, live):
             for run in dict.fromkeys(of_runs):
                 require_tried(Response(kind(run, *given)), what)
     except PmwvcError:
