@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws as Python runs them fastest, for one number of axes, made from their own source.
 
-A loop over axes becomes one expression per axis, a family is looked up where it is called, a
-NamedTuple is built without the functions that ``typing`` makes for it, and a law of one expression
-stands where it is called. Values and the order of additions stay the same, so results have the
-same bits. Only rows, such as those of users, may have another number of elements than axes.
+A loop over axes becomes one expression per axis, a family is looked up where it is called, and a
+NamedTuple is built without the functions that ``typing`` makes for it. Values and the order of
+additions stay the same, so results have the same bits. Only rows, such as those of users, may have
+another number of elements than axes.
 """
 
 import __future__
@@ -15,7 +15,6 @@ import inspect
 import re
 import textwrap
 from collections.abc import Callable
-from copy import deepcopy
 from functools import cache
 from itertools import count, zip_longest
 from types import FunctionType
@@ -25,7 +24,6 @@ from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
 
 LAWS = ("pmwvc_core.law", "pmwvc_core.plant", "pmwvc_core.simulation")
-LONGEST = 40  # nodes of an expression that stands where it is called
 _LOOPS: tuple[Any, ...] = (vectors.each, vectors.chain, vectors.columns, *vectors.BY_AXIS)
 _IS_NAME = re.compile(r"[A-Za-z_]\w*|[\d.]+(e-?\d+)?").fullmatch  # or a number
 _IS_READ = re.compile(r"-?[\w.]+(\[\w+\])*").fullmatch  # nothing is worked out in it
@@ -34,7 +32,7 @@ _IS_READ = re.compile(r"-?[\w.]+(\[\w+\])*").fullmatch  # nothing is worked out 
 @cache
 def unrolled(law: Callable[..., Any], axes: int) -> Any:
     """Return a law for so many axes: takes and returns the same."""
-    return _Unrolling(axes).function(law)
+    return _Unrolling(law, axes).law()
 
 
 class ByType(dict[type, Any]):
@@ -53,54 +51,32 @@ class ByType(dict[type, Any]):
 members = cache(ByType)
 
 
-@cache
-def _definition(law: FunctionType) -> Any:
-    """Return the source of a law, without its docstring."""
-    (tree,) = ast.parse(textwrap.dedent(inspect.getsource(law))).body
-    assert isinstance(tree, ast.FunctionDef)
-    tree.body = tree.body[ast.get_docstring(tree) is not None :]
-    return tree
-
-
-@cache
-def _is_short(law: Any) -> bool:
-    """Tell whether a law stands where it is called: one short expression."""
-    if not isinstance(law, FunctionType) or not law.__module__.startswith(LAWS) or law in _LOOPS:
-        return False
-    first, *others = _definition(law).body
-    return isinstance(first, ast.Return) and not others and len([*ast.walk(first)]) <= LONGEST
-
-
 class _Unrolling(ast.NodeTransformer):
-    """One law under way. Globals get names of their own: other laws come to stand in it."""
+    """One law under way."""
 
-    def __init__(self, axes: int) -> None:
-        """Begin without names."""
-        self._axes, self._numbers = axes, count()
-        self._globals: dict[str, Any] = {"new_": tuple.__new__, "each_": vectors.each}
+    def __init__(self, law: Any, axes: int) -> None:
+        self._law, self._axes, self._numbers = law, axes, count()
+        self._local, self._types = {*law.__code__.co_varnames}, {**law.__annotations__}
+        self._globals: dict[str, Any] = {**law.__globals__, "new_": tuple.__new__}
+        self._globals["each_"] = vectors.each
 
-    def function(self, law: Any) -> Any:
+    def law(self) -> Any:
         """Return the law."""
-        tree = deepcopy(_definition(law))
-        self._enter(law, {})
+        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(self._law))).body
+        assert isinstance(tree, ast.FunctionDef)
         tree.decorator_list, tree.args.defaults = [], []
         tree.body = [self.visit(each) for each in tree.body]
         module = ast.fix_missing_locations(ast.Module([tree], []))
-        file, as_texts = f"<unrolled {law.__module__}>", __future__.annotations.compiler_flag
+        file, as_texts = f"<unrolled {self._law.__module__}>", __future__.annotations.compiler_flag
         exec(compile(module, file, "exec", as_texts), self._globals)
         return self._globals[tree.name]
-
-    def _enter(self, law: Any, places: dict[str, str]) -> None:
-        """Begin with a law; of its arguments, some have other texts in their places."""
-        self._of, self._local, self._places = law, {*law.__code__.co_varnames}, places
-        self._types: dict[str, Any] = {**law.__annotations__}
 
     def _value(self, node: ast.expr) -> Any:
         """Return the object that a name of the law's module or of Python stands for, else None."""
         if not isinstance(node, ast.Name) or node.id in self._local:
             return None
         of_python = __builtins__ if isinstance(__builtins__, dict) else vars(__builtins__)
-        return self._of.__globals__.get(node.id, of_python.get(node.id))
+        return self._law.__globals__.get(node.id, of_python.get(node.id))
 
     def _type(self, node: ast.expr) -> Any:
         """Return the type of what an expression gives, as far as annotations tell, else None."""
@@ -136,15 +112,12 @@ class _Unrolling(ast.NodeTransformer):
         return f"({name} := {text})", name
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Put other texts in the place of arguments; give globals names of their own."""
-        if node.id in self._places:
-            return _expression(self._places[node.id])
+        """Have laws of the module unrolled."""
         found = self._value(node)
-        if found is None:
-            return node
         if isinstance(found, FunctionType) and found.__module__.startswith(LAWS):
-            found = found if found in _LOOPS else unrolled(found, self._axes)
-        return _expression(self._alias(found))
+            if found not in _LOOPS:
+                self._globals[node.id] = unrolled(found, self._axes)
+        return node
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
         """Note the types of names."""
@@ -183,8 +156,6 @@ class _Unrolling(ast.NodeTransformer):
             return f"{laws}[type({first})]({', '.join([s, *given[1:]])})"
         if isinstance(function, type) and len(getattr(function, "_fields", ())) == len(given):
             return f"new_({self._alias(function)}, {_tuple(given)})"
-        if _is_short(function):
-            return self._in_place(function, given)
         return f"{self._text(named)}({', '.join(given)})"
 
     def _by_axis(self, form: str, joined: str, *given: str) -> str:
@@ -210,32 +181,16 @@ class _Unrolling(ast.NodeTransformer):
         return built if first == s else f"({first}, {built})[1]"
 
     def _each(self, law: ast.expr, rows: list[ast.expr], shared: list[ast.expr]) -> str:
-        given, n = [*map(self._text, [*rows, *shared])], len(rows)
-        first, given[0] = self._named(given[0])
-        heads, given = self._read(given)
+        """Return the calls of a law for every axis, where rows have as many elements."""
+        pairs, n = [self._named(self._text(node)) for node in (*rows, *shared)], len(rows)
+        heads, given = [first for first, text in pairs if first != text], [t for _, t in pairs]
         cells = [
             self._applied(self._value(law), law, [f"{row}[{i}]" for row in given[:n]] + given[n:])
             for i in range(self._axes)
         ]
         loop = f"each_({', '.join([self._text(law), _tuple(given[:n]), *given[n:]])})"
-        return _after(heads, f"{_tuple(cells)} if len({first}) == {self._axes} else {loop}")
-
-    def _read(self, given: list[str], once: tuple[bool, ...] = ()) -> tuple[list[str], list[str]]:
-        """Return what names values that are worked out, and what stands for all of them then."""
-        rows = zip_longest(given, once)
-        pairs = [(a, a) if is_once or _IS_READ(a) else self._named(a) for a, is_once in rows]
-        return [first for first, text in pairs if first != text], [text for _, text in pairs]
-
-    def _in_place(self, law: FunctionType, given: list[str]) -> str:
-        """Return the expression of a short law with its arguments put in."""
-        tree, outer = _definition(law), (self._of, self._local, self._places, self._types)
-        body, names = deepcopy(tree.body[0].value), [each.arg for each in tree.args.args]
-        used = [each.id for each in ast.walk(body) if isinstance(each, ast.Name)]
-        heads, given = self._read(given, tuple(used.count(name) < 2 for name in names))
-        self._enter(law, dict(zip(names, given, strict=True)))
-        text = self._text(body)
-        self._of, self._local, self._places, self._types = outer
-        return _after(heads, text)
+        found = f"{_tuple(cells)} if len({given[0]}) == {self._axes} else {loop}"
+        return f"({', '.join([*heads, found])})[-1]" if heads else f"({found})"
 
 
 def _expression(text: str) -> ast.expr:
@@ -244,7 +199,3 @@ def _expression(text: str) -> ast.expr:
 
 def _tuple(elements: list[str]) -> str:
     return f"({', '.join(elements)},)" if elements else "()"
-
-
-def _after(heads: list[str], text: str) -> str:
-    return f"({', '.join([*heads, text])})[-1]" if heads else f"({text})"

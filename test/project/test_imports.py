@@ -56,7 +56,6 @@ ANALYSIS = {
     "recording": set(),
     "replay": {"recording", "traces"},
     "charts": set(),
-    "filters": set(),
     "maps": {"arrays", "models"},
     "transparency": {"arrays", "models"},
     "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
@@ -65,7 +64,7 @@ ANALYSIS = {
         "verdicts",
     },
     "figures": {
-        "budget", "charts", "compare", "filters", "maps", "recording", "traces", "transparency",
+        "budget", "charts", "compare", "maps", "recording", "traces", "transparency",
         "verdicts",
     },
     "report": {

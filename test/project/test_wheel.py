@@ -144,7 +144,6 @@ COMMANDS = {  # and what they say
     ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "0.5", "--no-figures"): "",
     ("stability", "wall"): "",
     ("transparency", "wall"): "",
-    ("filter", "wall_filtered"): "",
     ("tune", "wall", "--out", "tuned.yaml"): "",
     ("map", "wall", "--x", "master.impedance=10:30:3", "--y", "link.delay_s=0:0.01:2"): "",
 }

@@ -23,8 +23,8 @@ from pmwvc_core.params import (
     MasterParams,
     VelocityFilterParams,
 )
-from pmwvc_core.wave.aliasing import margins
-from pmwvc_core.wave.velocity_filter_design import branches, chosen
+from pmwvc_core.wave.velocity_filter_design import chosen
+from reproduction.branches import branches, margins
 
 POLE_RAD_S = float(-np.log(0.95) / TICK_S)  # 0.05/(z - 0.95), App. D Eq. 15
 LOW_REACHING = {

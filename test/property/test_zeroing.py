@@ -17,11 +17,9 @@ from support.simulated import judged, simulated
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.models.elements import elements, lifted
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.law.channel.arrivals import wave_of
 from pmwvc_core.numeric import squared
 
 PERIOD_S = 0.008
@@ -70,16 +68,6 @@ def test_holding_the_last_wave_gives_out_energy_that_never_came(delays):
     copies = [False] * len(delays)
     assert balances(False, 1, 1, delays, copies).min() < -1e-3
     assert balances(True, 1, 1, delays, copies).min() >= -ROUNDING
-
-
-def test_runs_of_a_batch_are_zeroed_together():
-    end, waves = receiver(1, once=True), []
-    end.push(Packer(1, period=PERIOD_S).pack(1.0, 0.0, 1), 1)
-    s = end.s._replace(wave=(elements([1.0, 2.0]),))
-    for _ in range(2):
-        s, (wave,) = lifted(wave_of.members[type(s)])(s, PERIOD_S, end.p)
-        waves.append((wave + np.zeros(2)).tolist())
-    assert waves == [[1.0, 2.0], [0.0, 0.0]]
 
 
 def ran(channel, *settings):

@@ -122,7 +122,7 @@ def test_the_settings_printed_give_the_choice():
     best = propose(wall()).best.choice
     assert chosen.impedance == pytest.approx(best.impedance, abs=0.01)
     assert (chosen.filter, chosen.hold) == (best.filter, best.hold)
-    assert set(found) == {"scenario", "not_linear", "bounds", "best", "others", "costs"}
+    assert set(found) == {"scenario", "not_linear", "bounds", "best", "others"}
     assert found["not_linear"] == []
 
 

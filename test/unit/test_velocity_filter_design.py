@@ -15,10 +15,10 @@ from support.strategies import TICK_S, poles_rad_s
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave import velocity_filter_design as design
-from pmwvc_core.wave.aliasing import margins, switching_gain
 from pmwvc_core.wave.filter_design import sections_response
-from pmwvc_core.wave.velocity_filter_design import branches, noise_gain
+from pmwvc_core.wave.velocity_filter_design import noise_gain
 from reproduction.appendix_d import best_alpha, printed_branches
+from reproduction.branches import branches, margins, switching_gain
 
 
 @given(alpha=st.floats(0.05, 0.949))

@@ -284,7 +284,6 @@ REMAINS = Step(
     },
     _remains,
     _remains_chart,
-    {"filter": Question("filter wall_filtered", lambda said: {"noise_ratio": said["noise_gain"]})},
 )
 
 STEPS = (LATE, LOSS, FELT, CHOICE, REMAINS)

@@ -5,9 +5,9 @@
 import numpy as np
 
 from pmwvc_core.numeric import Array, Complex
-from pmwvc_core.wave.aliasing import margins
 from pmwvc_core.wave.velocity_filter_design import POINTS_IN_PHASE, flattest_alpha
 from reproduction import draw_d, draw_single
+from reproduction.branches import margins
 from reproduction.figure import Figure, Values
 from reproduction.scenarios import wall
 from reproduction.single_user import admittance

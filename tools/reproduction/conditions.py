@@ -7,8 +7,8 @@ import numpy as np
 from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams
-from pmwvc_core.wave.aliasing import switching_gain
 from pmwvc_core.wave.filter_design import bank_filters, sections_response
+from reproduction.branches import switching_gain
 from reproduction.channel_energy import hold_energy, rate_drop_energy
 from reproduction.figure import Values
 from reproduction.scenarios import scenario

@@ -14,7 +14,6 @@ import numpy as np
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Level, Panel
 from pmwvc_analysis.figures.recorded import conditions, title
-from pmwvc_analysis.filters.velocity_filter import VelocityFilter
 from pmwvc_analysis.maps.maps import Grid, MapPoint, growth_per_s
 from pmwvc_analysis.transparency.measured import TRUSTED, Admittance
 from pmwvc_analysis.transparency.transparency import Transparency
@@ -86,40 +85,6 @@ def _degrees(values: Complex) -> Array:
     if not np.isfinite(values).all():
         return np.full(len(values), np.nan)
     return np.asarray(np.degrees(np.unwrap(np.angle(values))), dtype=float)
-
-
-def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
-    """Return both passivity margins of a velocity filter and its gain over frequency."""
-    own, margins = found.master.velocity_filter, found.margins
-    hertz, passive = margins["frequency_hz"], [Level("passive up to here", 1.0, "object")]
-    look: dict[str, Any] = {"with_zero": True, "height": 200.0}
-    margin_lines = [
-        Curve("in phase, |H_LP + s H_HP|²", hertz, margins["in_phase"], "u0"),
-        Curve("any environment, |H_LP| + s |H_HP|", hertz, margins["any_environment"], "u1"),
-    ]
-    if own.in_force:
-        label = "1 less the damping at the device / b"
-        margin_lines.append(Curve(label, hertz, 1.0 - found.port, "target", DASH_DOT))
-    design = f"α = {own.alpha:.5f}" if own.alpha is not None else f"{own.cutoff_hz:.4g} Hz"
-    note = (
-        f"{own.kind}, order {own.order}, {design}, s = {own.share:g} ({found.designed})",
-        f"noise × {found.noise_gain:.3g}",
-        f"switching gain {found.switching_gain:.4f}",
-        f"M = {found.master.rate_drop}",
-    )
-    return Chart(
-        "filter",
-        "Velocity filter",
-        "Above, both passivity conditions; below, the velocity left in the force.",
-        [
-            OVER_FREQUENCY("gain", margin_lines, levels=passive, **look),
-            OVER_FREQUENCY(
-                "velocity in the force", [Curve("|F_m / (b ẋ)|", hertz, found.gain, "u0")], **look
-            ),
-        ],
-        title("Velocity filter", scenario),
-        " · ".join(note),
-    )
 
 
 def stability_map(folder: Path, grid: Grid, radius: Array, measured: list[MapPoint]) -> list[Path]:

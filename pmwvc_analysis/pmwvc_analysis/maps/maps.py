@@ -23,7 +23,7 @@ from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
-from pmwvc_analysis.models.variation import stackable, with_value
+from pmwvc_analysis.models.variation import stackable
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of, varied
 from pmwvc_core.scenario.scenario import Scenario
@@ -67,14 +67,11 @@ class Grid:
         return hashlib.sha256(whole.encode()).hexdigest()
 
     def batches(self) -> list[Points]:
-        """Return the points that are computed together: the same ones at any time. Of rows or
-        columns with the same loops the first ones.
-        """
-        rows, columns = self.firsts
+        """Return the points that are computed together: the same ones at any time."""
         apart = [0 if stackable(axis.name) else 1 for axis in (self.y, self.x)]
         groups: dict[tuple[int, int], list[int]] = {}
-        for row in sorted(set(rows)):
-            for column in sorted(set(columns)):
+        for row in range(self.shape[0]):
+            for column in range(self.shape[1]):
                 together = groups.setdefault((row * apart[0], column * apart[1]), [])
                 together.append(row * self.shape[1] + column)
         step = LARGEST_BATCH if any(apart) else -(-len(groups[0, 0]) // FEWEST_BATCHES)
@@ -83,22 +80,6 @@ class Grid:
             for points in groups.values()
             for i in range(0, len(points), min(step, LARGEST_BATCH))
         ]
-
-    @property
-    def firsts(self) -> tuple[list[int], list[int]]:
-        """For each row, and each column, the first one with the same loops: packets arrive at
-        ticks.
-        """
-        names, tick_ns = (self.y.name, self.x.name), round(self.scenario.tick_s * 1e9)
-        found = []
-        for axis in (self.y, self.x):
-            values = list(axis.values)
-            if axis.name.endswith("delay_s") and not any(
-                name.endswith("tick_s") for name in names
-            ):
-                values = [-(-round(value * 1e9) // tick_ns) for value in values]
-            found.append([values.index(value) for value in values])
-        return found[0], found[1]
 
 
 class MapPoint(NamedTuple):
@@ -130,15 +111,15 @@ def compute(
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
         done(points)
-    return np.asarray(radius[np.ix_(*grid.firsts)])
+    return radius
 
 
 def batch(grid: Grid, points: Points) -> Array:
     """Return the spectral radii of some points of a map."""
     rows, columns = (each.tolist() for each in np.unravel_index(np.array(points), grid.shape))
-    along = {row: with_value(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows)}
+    along = {row: varied(grid.scenario, grid.y.name, grid.y.values[row]) for row in set(rows)}
     pairs = ((along[row], grid.x.values[i]) for row, i in zip(rows, columns, strict=True))
-    return radii(*(with_value(of, grid.x.name, value) for of, value in pairs), live=grid.live)
+    return radii(*(varied(of, grid.x.name, value) for of, value in pairs), live=grid.live)
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:
@@ -148,8 +129,8 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
     x, y = (  # one value stands for all where none changes the hyperperiod
         axis.values[:1] if stackable(axis.name) else axis.values for axis in (grid.x, grid.y)
     )
-    rows = [with_value(grid.scenario, grid.y.name, value) for value in y]
-    each = [[with_value(row, grid.x.name, value) for value in x] for row in rows]
+    rows = [varied(grid.scenario, grid.y.name, value) for value in y]
+    each = [[varied(row, grid.x.name, value) for value in x] for row in rows]
     seconds = np.array([[hyperperiod_ticks(of) * of.tick_s for of in row] for row in each])
     return np.asarray(np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds)
 

@@ -13,10 +13,9 @@ Equations: docs/theory.md 15.3.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.models.elements import Path, lifted, stacked, text_of
 from pmwvc_analysis.models.links import LinkTimes, LinkWay
 from pmwvc_analysis.models.variation import (
     AMPLE_J,
@@ -35,15 +34,11 @@ from pmwvc_core.law.user_tick import Sample, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, plus, scaled
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.unrolled import unrolled
 
 PERIODS = 4  # until an end that was given packets has answered
-OFFSET = lifted(offset_of)
 SIGNALS = ("wave", "position", "extra")  # of a packet, as far as controllers read them
 Signals = tuple[Vector, Vector, Vector]
-
-
-def _as_it_is(law: Any) -> Any:
-    return law  # on plain numbers, quicker
 
 
 class Slot(NamedTuple):
@@ -55,26 +50,24 @@ class Slot(NamedTuple):
 
 Came = dict[Slot, Signals]
 Went = tuple[dict[Slot, Packet], tuple[Vector, ...]]
-Form = Callable[[Any], Any]  # a law in the form that it is called in
 
 
 class End(ABC):
-    """One end of several runs, brought to rest up to tick 0.
+    """One end, brought to rest up to tick 0.
 
-    ``s`` and ``p`` are state and parameters, numbers that differ ``(runs,)``; ``ways`` bring
-    packets with so many ``extra`` signals beside wave and position; ``ticks`` are those of the
-    hyperperiod, ``dof`` the axes of the model.
+    ``s`` and ``p`` are state and parameters; ``ways`` bring packets with so many ``extra`` signals
+    beside wave and position; ``ticks`` are those of the hyperperiod, ``dof`` the model's axes.
     """
 
     name: str
 
     def __init__(
-        self, scenario: Scenario, made: Sequence[tuple[Any, Any]], ways: Sequence[LinkWay],
-        extra: int, ticks: int, dof: int,
+        self, scenario: Scenario, made: tuple[Any, Any], ways: Sequence[LinkWay], extra: int,
+        ticks: int, dof: int,
     ) -> None:  # fmt: skip
-        self.scenario, self.tick_s, self.runs = scenario, scenario.tick_s, len(made)
+        self.scenario, self.tick_s = scenario, scenario.tick_s
         self.ways, self.ticks, self.dof = ways, ticks, dof
-        self.s, self.p = stacked(made)
+        self.s, self.p = made
         self.nothing: Signals = (0.0,) * self.dof, (0.0,) * self.dof, (0.0,) * extra
         paces = [settled_pace(way, self.tick_s) for way in ways] if scenario.strict else []
         store_s = max((pace.store_s for pace in paces), default=0.0)
@@ -87,10 +80,10 @@ class End(ABC):
         for tick in range(self.start, 0):
             if paces and tick == -played:
                 self.set_paces(paces, store_s + self.tick_s)
-            self.step(tick, {}, self.nothing[0], _as_it_is if self.runs == 1 else lifted)
+            self.step(tick, {}, self.nothing[0])
 
     @abstractmethod
-    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
+    def step(self, tick: int, came: Came, force: Vector) -> Went:
         """Go one tick on with signals of packets that come in, zeros where none are given, and a
         hand's force; return packets sent, and x, xd and f of a device.
         """
@@ -102,11 +95,6 @@ class End(ABC):
     def followed(self, s: Any) -> Any:
         """Return a state with what follows from other numbers of it."""
         return s
-
-    def name_of(self, path: Path) -> tuple[str, int]:
-        """Return the name of a state, and its axis."""
-        name, axis = text_of(path)
-        return f"{self.name}.{name}", axis
 
     def arrived(self, number: int, look: int, came: Came, echo: int = 0) -> list[Packet]:
         """Return the packets of a way that are new at a look, each the answer to packet ``echo``:
@@ -149,27 +137,28 @@ class PerturbedUser(End):
     """The force loop and the device of a user (the only one of the scenarios)."""
 
     def __init__(
-        self, runs: Sequence[Scenario], ticks: int, dof: int, times: LinkTimes, fed: bool
+        self, scenario: Scenario, ticks: int, dof: int, times: LinkTimes, fed: bool
     ) -> None:
-        self.sends, self.name = times.up.sent, runs[0].users[0].name
-        made = [user_at_rest(run, dof, times.taken.phase, fed) for run in runs]
-        made = [(UserState(*s), p) for s, p in made]
-        down = record_of(runs[0].controller).extra(dof)[1]
-        super().__init__(runs[0], made, [times.down], down, ticks, dof)
+        self.sends, self.name = times.up.sent, scenario.users[0].name
+        laws = (send, begin, user_tick, device_step)
+        self._send, self._begin, self._tick, self._device = (unrolled(law, dof) for law in laws)
+        s, p = user_at_rest(scenario, dof, times.taken.phase, fed)
+        down = record_of(scenario.controller).extra(dof)[1]
+        super().__init__(scenario, (UserState(*s), p), [times.down], down, ticks, dof)
 
-    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
+    def step(self, tick: int, came: Came, force: Vector) -> Went:
         """Go one tick on; see :meth:`End.step`."""
         (loop, device), (p, of_device), sent = self.s, self.p, dict[Slot, Packet]()
         number, now_ns = tick - self.start, self.now_ns(tick)
         sample = Sample(device.read_x, device.read_xd, True, now_ns)
         if self.sends.due(tick):
-            loop, packet, _ = of(send)(loop, now_ns, sample, False, p)
-            loop = of(begin)(loop, number, p)
+            loop, packet, _ = self._send(loop, now_ns, sample, False, p)
+            loop = self._begin(loop, number, p)
             sent[Slot(0, tick // self.sends.period)] = packet
         packets = self.arrived(0, tick, came, loop.packing.number)
         loop = sums_anew(loop) if packets else loop
-        loop, f_m, f = of(user_tick)(loop, number, now_ns, sample, packets, p)
-        device, _, _ = of(device_step)(device, force, f, of_device)
+        loop, f_m, f = self._tick(loop, number, now_ns, sample, packets, p)
+        device, _, _ = self._device(device, force, f, of_device)
         self.s = UserState(loop, device)
         return sent, (sample.x, sample.xd, f_m)
 
@@ -182,20 +171,20 @@ class PerturbedServer(End):
     """The server with all avatars."""
 
     def __init__(
-        self, runs: Sequence[Scenario], ticks: int, dof: int, times: Sequence[LinkTimes]
+        self, scenario: Scenario, ticks: int, dof: int, times: Sequence[LinkTimes]
     ) -> None:
         self.serve, self.name = times[0].up.looked, "server"
-        made = [server_at_rest(run, dof) for run in runs]
-        up = record_of(runs[0].controller).extra(dof)[0]
-        super().__init__(runs[0], made, [each.up for each in times], up, ticks, dof)
+        self._step = unrolled(server_step, dof)
+        up, made = record_of(scenario.controller).extra(dof)[0], server_at_rest(scenario, dof)
+        super().__init__(scenario, made, [each.up for each in times], up, ticks, dof)
 
-    def step(self, tick: int, came: Came, force: Vector, of: Form = lifted) -> Went:
+    def step(self, tick: int, came: Came, force: Vector) -> Went:
         """Go one tick on; see :meth:`End.step`."""
         if not self.serve.due(tick):
             return {}, ()
         packets = tuple(self.arrived(way, tick, came) for way in range(len(self.ways)))
         s = self.s._replace(guests=tuple(map(sums_anew, self.s.guests)))
-        self.s, answers = of(server_step)(s, self.now_ns(tick), packets, 0.0, self.p)
+        self.s, answers = self._step(s, self.now_ns(tick), packets, 0.0, self.p)
         sent = tick // self.serve.period
         return {Slot(user, sent): packet for user, (packet, _) in enumerate(answers)}, ()
 
@@ -210,13 +199,13 @@ class PerturbedServer(End):
         ports, body = list(environment.ports), environment.body
         if self.scenario.coupling.black_box:
             box, at = body, body.environment
-            x_s = [plus(at.body.x, OFFSET(each.contact)) for each in at.visitors]
+            x_s = [plus(at.body.x, offset_of(each.contact)) for each in at.visitors]
             visitors = [v._replace(at=x) for v, x in zip(at.visitors, x_s, strict=True)]
             rows = zip(box.users, x_s, ports, strict=True)
             users = [user._replace(x=x, f=port.avatar.f) for user, x, port in rows]
             at = at._replace(visitors=tuple(visitors))
             body = box._replace(x=at.body.x, xd=at.body.xd, environment=at, users=tuple(users))
         else:
-            x_s = [plus(body.x, OFFSET(port.avatar.contact)) for port in ports]
+            x_s = [plus(body.x, offset_of(port.avatar.contact)) for port in ports]
         ports = [port._replace(x_s=x) for port, x in zip(ports, x_s, strict=True)]
         return s._replace(environment=environment._replace(ports=tuple(ports), body=body))

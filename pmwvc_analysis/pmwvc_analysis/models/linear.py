@@ -16,7 +16,7 @@ from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 
-AMPLITUDE, STRICT_AMPLITUDE = 2.0**-7, 2.0**-13  # of all signals [m, m/s, N, sqrt(W)]
+AMPLITUDE = 2.0**-7  # of all signals [m, m/s, N, sqrt(W)] with which code from outside is tried
 
 
 class Element(NamedTuple):
@@ -149,14 +149,12 @@ def _of_users(scenario: Scenario) -> Iterator[Element]:
                     unit = specs(type(link))[parameter].unit.replace("-", "")
                     value = getattr(link, parameter)
                     yield _element(f"link.{way}.{parameter}", value, off, unit=unit, **of)
-        position, local = user.master.position, user.master.local_model
+        position = user.master.position
         if position.adapts:
             yield _element("master.position.adapts", "true", False, **of)
         if position.is_paid:
             near = "none" if scenario.strict else "printed"
             yield _element("master.position.feedback", position.feedback, near, **of)
-        if user.master.bank.is_on and local.is_plugin:
-            yield _element("master.local_model.kind", local.kind, "spring_damper", **of)
 
 
 def notes_of(scenario: Scenario) -> list[str]:
@@ -181,21 +179,12 @@ def notes_of(scenario: Scenario) -> list[str]:
     return [*outside_words(scenario), *(note for note, holds in notes.items() if holds)]
 
 
-def amplitude_of(scenario: Scenario) -> tuple[bool, float]:
-    """Return whether code from other packages is tried on the strict channel (a master made for
-    it), and up to which amplitude [SI]: less there, where a wave passes only if its energy has
-    come.
-    """
-    strict = scenario.strict and scenario.controller not in RECORDS.library
-    return strict, STRICT_AMPLITUDE if strict else AMPLITUDE
-
-
 def outside_words(scenario: Scenario) -> list[str]:
     """Return what the model of code from other packages rests on, in sentences."""
-    most = f"{1e3 * amplitude_of(scenario)[1]:.1g} mm, mm/s or mN"
+    most = f"{1e3 * AMPLITUDE:.1g} mm, mm/s or mN"
     return [
-        f"{each} comes from another package: its model was tried over two hyperperiods, with "
-        f"signals of up to {most}; beyond that it is not known."
+        f"{each} comes from another package: its model was tried with signals of up to "
+        f"{most}; beyond that it is not known."
         for each in outside(scenario)
     ]
 

@@ -38,7 +38,7 @@ from pmwvc_core.scenario.scenario import Scenario
 
 ROUNDING = 1e-9  # of a radius
 STANDING, MOVING_ON = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
-LARGEST_LIFTED = 4000  # users times ticks times axes
+LARGEST_LIFTED = 1000  # users times ticks times axes
 
 
 class Linear:

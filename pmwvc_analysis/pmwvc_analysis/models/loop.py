@@ -157,28 +157,19 @@ def _joined(
     parts: Sequence[EndMatrix], which: Sequence[Integers]
 ) -> tuple[list[StateName], Array]:
     """Return the ends as one, with all states, all packets and all forces in a row."""
-    sizes = [(len(each.states), len(each.sent), each.read) for each in parts]
-    forces = [each.matrix.shape[2] - len(each.states) - len(each.came) for each in parts]
-    of_columns = [
-        (len(each.states), len(each.came), n) for each, n in zip(parts, forces, strict=True)
-    ]
-    rows, columns = _places(sizes), _places(of_columns)
-    whole = np.zeros((len(which[0]), sum(map(sum, sizes)), sum(map(sum, of_columns))))
-    for part, runs, of_part, by in zip(parts, which, rows, columns, strict=True):
-        whole[:, of_part[:, np.newaxis], by] = part.matrix[runs]
-    return [name for each in parts for name in each.states], whole
-
-
-def _places(sizes: Sequence[Sequence[int]]) -> list[Integers]:
-    """Return where parts of each kind come to stand: all of the first kind of all ends before
-    those of the second one.
-    """
-    table = np.array(sizes).T  # by kind and end
-    firsts = (np.cumsum(table) - table.ravel()).reshape(table.shape)
-    return [
-        np.concatenate([first + np.arange(n) for first, n in zip(*of_end, strict=True)])
-        for of_end in zip(firsts.T, table.T, strict=True)
-    ]
+    kinds, of_rows, of_columns = np.arange(3), list[Integers](), list[Integers]()
+    sizes = np.array([each.matrix.shape[1:] for each in parts])
+    whole = np.zeros((len(which[0]), *sizes.sum(axis=0)))
+    for part, runs, (row, column) in zip(
+        parts, which, np.cumsum(sizes, axis=0) - sizes, strict=True
+    ):
+        n, came, sent = len(part.states), len(part.came), len(part.sent)
+        height, width = part.matrix.shape[1:]
+        whole[:, row : row + height, column : column + width] = part.matrix[runs]
+        of_rows.append(np.repeat(kinds, [n, sent, part.read]))
+        of_columns.append(np.repeat(kinds, [n, came, width - n - came]))
+    rows, columns = (np.argsort(np.concatenate(of), kind="stable") for of in (of_rows, of_columns))
+    return [name for each in parts for name in each.states], whole[:, rows][:, :, columns]
 
 
 def _wires(

@@ -3,16 +3,11 @@
 """The linear matrices of all ends of scenarios, each made once for what decides it; code of other
 packages is tried before its model is believed.
 
-Whether the state of a controller or a coupling from outside the library is all in what it returns,
-and whether it is linear at the amplitudes of a session, only its author knows; so both are tried:
-
-- Two hyperperiods in a row have to be the model applied twice. A state kept elsewhere is at rest
-  in the first one only.
-- The model has to be the same at the amplitude of a motion as at the tiny one of
-  :mod:`.response`: a dead zone, a limit or a product of signals makes another one.
-
-What changes at larger signals only, or never within two hyperperiods, is not seen: the notes of
-every answer say so.
+Whether a controller or a coupling from outside the library is linear at the amplitudes of a
+session only its author knows; so it is tried: the model has to be the same at the amplitude of a
+motion as at the tiny one of :mod:`.response`. A dead zone, a limit or a product of signals makes
+another one; state kept elsewhere than in what is returned breaks superposition. What changes at
+larger signals only is not seen: the notes of every answer say so.
 """
 
 import dataclasses
@@ -24,8 +19,8 @@ import numpy as np
 
 from pmwvc_analysis.models.ends import PerturbedServer, PerturbedUser
 from pmwvc_analysis.models.linear import (
+    AMPLITUDE,
     NonlinearError,
-    amplitude_of,
     axes_of,
     outside,
     require_linear,
@@ -35,17 +30,14 @@ from pmwvc_analysis.models.response import ONE, EndMatrix, Response, placed, red
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
-from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.numeric import Integers
 from pmwvc_core.params import ServerParams
-from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario, User
 
-LONGEST = 20000  # ticks of a hyperperiod
 USUAL = User("")
 SERVER = ServerParams()
 OF_BOTH = ("name", "side", "master", "baseline", "own", "safety")  # of a user
 EQUAL = 1e-9  # relative to the largest entry
-FRAME_TICKS = 8  # on the strict channel
 
 
 def matrices(
@@ -58,9 +50,9 @@ def matrices(
     if names := outside(runs[0]):
         _try(runs, f"{runs[0].name}: {', '.join(names)}", live)
     for (kind, *given), of_runs in ends:
-        different = tuple({id(run): run for run in of_runs}.values())
-        numbers = {id(run): number for number, run in enumerate(different)}
-        which = np.array([numbers[id(run)] for run in of_runs])
+        different = tuple(dict.fromkeys(of_runs))
+        numbers = {run: number for number, run in enumerate(different)}
+        which = np.array([numbers[run] for run in of_runs])
         found.append(
             (made_once(kind, different, outputs and kind is PerturbedUser, *given), which)
         )
@@ -74,11 +66,6 @@ def ends_of(runs: Sequence[Scenario], live: bool) -> list[tuple[tuple[Any, ...],
     scenario = runs[0]
     require_linear(scenario)
     ticks, dof = hyperperiod_ticks(scenario), axes_of(scenario)
-    if ticks > LONGEST:
-        raise PmwvcError(
-            f"{scenario.name}: frames and server period fit together only after {ticks} "
-            f"ticks, more than {LONGEST}; choose rate_drop and period_s with common factors"
-        )
     times = [link_times(user, scenario, live=live) for user in scenario.users]
     patterns = tuple(LinkTimes(up.pattern, down.pattern, taken) for up, down, taken in times)
     found: list[tuple[tuple[Any, ...], list[Scenario]]] = []
@@ -94,11 +81,14 @@ def ends_of(runs: Sequence[Scenario], live: bool) -> list[tuple[tuple[Any, ...],
 
 
 def _try(runs: Sequence[Scenario], what: str, live: bool) -> None:
-    """Try code of other packages; NonlinearError where it has no model."""
+    """Try code of other packages, on the plain channel: a strict one passes a wave only if its
+    energy has come; NonlinearError where it has no model.
+    """
+    plain = [dataclasses.replace(run, channel=PLAIN) for run in runs]
     try:
-        for (kind, *given), of_runs in ends_of(as_tried(runs), live):
-            response = Response(kind(list(dict.fromkeys(of_runs)), *given))
-            require_tried(response, what, amplitude_of(runs[0])[1])
+        for (kind, *given), of_runs in ends_of(plain, live):
+            for run in dict.fromkeys(of_runs):
+                require_tried(Response(kind(run, *given)), what)
     except PmwvcError:
         raise
     except PLUGIN_ERRORS as error:  # whatever a plug-in raises
@@ -107,68 +97,37 @@ def _try(runs: Sequence[Scenario], what: str, live: bool) -> None:
 
 def _decisive(runs: Sequence[Scenario], users: slice, group: str) -> list[Scenario]:
     """Return of each run what decides an end: some groups of users, and those of the server where
-    contacts are; the same scenario where they are the same.
+    contacts are.
     """
-    made, found = dict[tuple[int, ...], Scenario](), []
+    found = []
     for run in runs:
-        parts = [
+        own = (
             {name: getattr(user, name) for name in (*OF_BOTH, group)} for user in run.users[users]
-        ]
+        )
         server = run.server if group == "contact" else SERVER
-        key = (id(server), *(id(each) for part in parts for each in part.values()))
-        if key not in made:
-            own = tuple(changed(USUAL, **part) for part in parts)
-            server = changed(server, period_s=run.server.period_s)
-            made[key] = changed(run, users=own, server=server)
-        found.append(made[key])
+        server = changed(server, period_s=run.server.period_s)
+        found.append(changed(run, users=tuple(changed(USUAL, **of) for of in own), server=server))
     return found
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def made_once(kind: Any, runs: tuple[Scenario, ...], forces: bool, *given: Any) -> EndMatrix:
-    """Return the matrix of an end, of its states that matter there."""
-    found = Response(kind(runs, *given), forces).matrix()
-    kept, matrix = reduced(found.matrix, placed(found.states))
-    return found._replace(states=[found.states[j] for j in kept], matrix=matrix)
+    """Return the matrices of an end, of the states that matter there in some run."""
+    ends = [Response(kind(run, *given), forces) for run in dict.fromkeys((runs[0], runs[-1]))]
+    states = list(dict.fromkeys(state for end in ends for state in end.states))
+    each = [Response(kind(run, *given), forces, ends[0]).matrix(states) for run in runs]
+    kept, matrix = reduced(np.concatenate([found.matrix for found in each]), placed(states))
+    return each[0]._replace(states=[states[j] for j in kept], matrix=matrix)
 
 
-def as_tried(runs: Sequence[Scenario]) -> Sequence[Scenario]:
-    """Return the scenarios by which code of other packages is tried: a coupling on the plain
-    channel; a strict master with frames as long as steps, where playouts hold the same after every
-    hyperperiod.
-    """
-    if amplitude_of(runs[0])[0]:
-        period_s = FRAME_TICKS * runs[0].tick_s
-        return [
-            varied(varied(run, "master.rate_drop", FRAME_TICKS), "server.period_s", period_s)
-            for run in runs
-        ]
-    if runs[0].strict:
-        return [dataclasses.replace(run, channel=PLAIN) for run in runs]
-    return runs
-
-
-def require_tried(response: Response, what: str, amplitude: float) -> None:
-    """Refuse an end that is not linear, or not the same again."""
-    once = response.matrix()
-    n = len(once.states)
-    names = [*(name for name, _ in once.states), *(signal.name for signal in once.sent)]
-
-    def other(one: Array, another: Array) -> str:
-        """Return the names of the rows that differ; empty where none does."""
-        off = np.abs(one - another).max(axis=(0, 2), initial=0.0) > EQUAL * np.abs(one).max()
-        return ", ".join(sorted({names[row] for row in np.flatnonzero(off)}))
-
-    after = once.matrix[:, :n]
-    twice = after[:, :, :n] @ after
-    twice[:, :, n:] += after[:, :, n:]
-    if found := other(twice, response.matrix(rounds=2).matrix[:, :n]):
+def require_tried(response: Response, what: str) -> None:
+    """Refuse an end that is not linear at the amplitude of a motion."""
+    small, large = response.matrix(), response.matrix(one=AMPLITUDE)
+    names = [*(name for name, _ in small.states), *(signal.name for signal in small.sent)]
+    off = np.abs(small.matrix - large.matrix).max(axis=(0, 2), initial=0.0)
+    wrong = np.flatnonzero(off > EQUAL * np.abs(small.matrix).max())
+    if found := ", ".join(sorted({names[row] for row in wrong})):
         raise NonlinearError(
-            f"{what}: two hyperperiods in a row are not the model applied twice, in {found}: "
-            "it keeps state elsewhere than in what it returns, or changes with time"
-        )
-    if found := other(once.matrix, response.matrix(one=amplitude).matrix):
-        raise NonlinearError(
-            f"{what}: not linear: signals of {amplitude:.2g} and of {ONE:.1g} (in SI units) "
+            f"{what}: not linear: signals of {AMPLITUDE:.2g} and of {ONE:.1g} (in SI units) "
             f"give different models, in {found}; use 'pmwvc simulate'"
         )

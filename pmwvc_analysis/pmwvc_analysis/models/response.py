@@ -1,26 +1,27 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An end stepped on the identity, once around the hyperperiod: what goes out of it, and its states
-after, by its states before and what comes in.
+"""An end stepped once around the hyperperiod from every state, and with every input, at one: what
+goes out of it, and its states after, by its states before and what comes in.
 
-A state is any number of the end that answers motion, or what packets say of it, in proportion.
-Every state and every input is one in a column of its own; in a column more nothing is, and in
-three more all of them are at once, weighted, with either sign: the answers have to be the sum of
-the others. What answers by less than in proportion (energies) is no state. Of all states those
-matter that are read and driven, those present twice once: entries are exactly zero or rows exactly
-equal in every run, so leaving others out changes no eigenvalue other than zero, nor what follows
-from the inputs.
+A state is any number of the end that answers motion, or what packets say of it, in proportion;
+what answers by less (energies) is none. All of them at once, weighted, with either sign, have to
+give the sum of what each gives by itself. Of all states those matter that are read and driven,
+those present twice once: entries are exactly zero or rows exactly equal in every run, so leaving
+others out changes no eigenvalue other than zero, nor what follows from the inputs.
 """
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
+from operator import getitem
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pmwvc_analysis.models import elements
-from pmwvc_analysis.models.elements import Path
-from pmwvc_analysis.models.ends import SIGNALS, End, Slot
+from pmwvc_analysis.models.ends import SIGNALS, Came, End, Slot
 from pmwvc_analysis.models.linear import NonlinearError
+from pmwvc_analysis.models.nested import Forest, Path, forest, leaves, lists, planted
+from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.numeric import Array, Flags, Integers
 
 OUTPUTS = ("x", "xd", "f")
@@ -28,7 +29,7 @@ OF_DEVICES = (".device.x", ".device.xd")  # ends of names
 MOVING = (*OF_DEVICES, ".body.x", ".body.xd")  # and of the object
 PLACED = (*MOVING, ".deflection", ".local.x")  # and of springs: what gives a rigid motion
 ONE = 2.0**-40  # of a unit, in SI units: limits are far away, and scaling is exact
-LESS = 2.0**-20  # of the second weighted column
+LESS = 2.0**-20  # of it: what is given a second time, to see what answers in proportion
 SUPERPOSED = 1e-9  # relative: what differs by more is not linear
 ROUNDING = 1e-14  # of numbers that are not zero at rest
 WATCHING = ("still_s", "slow_s", "way_m")  # of counts and jumps: without any, nothing reads them
@@ -54,13 +55,15 @@ class EndMatrix(NamedTuple):
 
 
 class Response:
-    """What of an end answers; with the ``forces`` of a hand along each axis in every tick, and the
-    motion read there, where they are asked for.
+    """What of an end answers (``states``, by name); with the ``forces`` of a hand along each axis
+    in every tick, and the motion read there, where they are asked for. ``like``: an end of which
+    the same numbers answer.
     """
 
-    def __init__(self, end: End, forces: bool = False) -> None:
-        self._end, self._rest, self._p = end, end.s, end.p
+    def __init__(self, end: End, forces: bool = False, like: "Response | None" = None) -> None:
+        self._end, self._rest, self._lists = end, end.s, [*lists(end.s)]
         self._forces = end.ticks * end.dof * forces
+        self._sent: dict[Slot, Packet] = {}
         self.came = [
             Signal(Slot(way, packet), name, axis)
             for way, each in enumerate(end.ways)
@@ -68,125 +71,119 @@ class Response:
             for name, values in zip(SIGNALS, end.nothing, strict=True)
             for axis in range(len(values))
         ]
-        self.paths: dict[StateName, Path] = {}
-        self._find()
+        self._places: dict[StateName, Path] = like._places if like else self._found_places()
+        self.states: list[StateName] = like.states if like else self._found_states()
 
-    def matrix(self, *, rounds: int = 1, one: float = ONE) -> EndMatrix:
-        """Return the end over ``rounds`` hyperperiods, the same coming in again in each, with
-        units of ``one`` in SI units; NonlinearError if superposition does not hold.
+    def matrix(self, states: Sequence[StateName] = (), *, one: float = ONE) -> EndMatrix:
+        """Return the end by these states, or those that answer, with units of ``one`` in SI units;
+        NonlinearError if superposition does not hold.
         """
-        if self._went != (rounds, one):
-            self._go(rounds, one)
-        end, ends, sent = self._end, elements.leaves(self._end.s), list[Signal]()
-        rows = [(name, ends[path]) for (name, _), path in self.paths.items()]
+        states, end = list(states or self.states), self._end
+        weights = self._weights(states)
+        units = np.concatenate([np.eye(len(weights)), [weights, -weights]])
+        answers = self._answers(one * units, states).T / one
+        sent = [signal for signal, _ in self._packets()]
+        names = [name for name, _ in self._places] + [f"{end.name} {s.name}" for s in sent]
+        names += [f"{end.name}.{name}" for name in OUTPUTS for _ in range(self._forces)]
+        n, of_all = len(self._places), list(self._places)
+        rows = [*map(of_all.index, states), *range(n, len(names))]
+        whole, together, opposite = answers[rows, :-2], answers[rows, -2], answers[rows, -1]
+        expected, sizes = whole @ weights, np.abs(whole) @ np.abs(weights)
+        off = np.maximum(np.abs(expected - together), np.abs(expected + opposite))
+        wrong = np.flatnonzero(off > SUPERPOSED * sizes.max(initial=0.0))
+        if bad := {names[rows[j]] for j in wrong.tolist()}:
+            raise NonlinearError(
+                f"{end.scenario.name}: superposition does not hold for {', '.join(sorted(bad))}; "
+                "there is no linear model; use 'pmwvc simulate'"
+            )
+        return EndMatrix(states, self.came, sent, len(names) - n - len(sent), whole[np.newaxis])
+
+    def _weights(self, states: Sequence[StateName]) -> Array:
+        """Return numbers for states, packets and forces."""
+        width = len(states) + len(self.came) + self._forces
+        rng = np.random.default_rng(width)
+        return rng.choice([-2.0, 1.0, 3.0], width) * rng.uniform(0.5, 1.0, width)
+
+    def _answers(self, given: Array, states: Sequence[StateName]) -> Array:
+        """Return what comes of numbers for states, packets and forces ``(cases, numbers)``: all
+        numbers of the end, what is sent and read, ``(cases, numbers)``, less what comes of zeros.
+        """
+        places = forest([self._places[name] for name in states], self._lists)
+        cases = [[0.0] * given.shape[1], *given.tolist()]
+        rest, *found = (self._went(case, places, len(states)) for case in cases)
+        moved = np.array(found) - rest
+        return np.where(np.abs(moved) <= ROUNDING * np.abs(rest), 0.0, moved)
+
+    def _went(self, given: list[float], places: Forest, n: int) -> list[float]:
+        """Step with the first n numbers at their places; see :meth:`_answers`."""
+        end = self._end
+        end.s = end.followed(planted(self._rest, places, given))
+        came, forces = self._coming(given[n:]), given[n + len(self.came) :]
+        read, self._sent = list[Any](), {}
+        for tick in range(end.ticks):
+            force = tuple(forces[tick * end.dof :][: end.dof])
+            sent, motion = end.step(tick, came, force or end.nothing[0])
+            self._sent |= sent
+            read.append(motion)
+        found = [reduce(getitem, place, end.s) for place in self._places.values()]
+        found += [number for _, number in self._packets()]
+        outputs = range(len(OUTPUTS)) if forces else ()
+        return found + [x for i in outputs for motion in read for x in motion[i]]
+
+    def _packets(self) -> Iterator[tuple[Signal, float]]:
+        """Yield the signals of the packets that were sent."""
         for slot, packet in self._sent.items():
             for name in SIGNALS:
-                for axis, value in enumerate(getattr(packet, name)):
-                    sent.append(Signal(slot, name, axis))
-                    rows.append((f"{end.name} {name}", value))
-        read = list[tuple[str, Any]]()
-        for place, name in enumerate(OUTPUTS if self._forces else ()):
-            read += [(f"{end.name}.{name}", x) for tick in self._read for x in tick[place]]
-        whole = np.concatenate([self._rows(rows), self._rows(read)], axis=1)
-        return EndMatrix(list(self.paths), self.came, sent, len(read), whole)
+                for axis, number in enumerate(getattr(packet, name)):
+                    yield Signal(slot, name, axis), number
 
-    def _go(self, rounds: int = 1, one: float = ONE) -> None:
-        """Step from every state and input at one in a column of its own."""
-        end, n = self._end, len(self.paths)
-        first = n + len(self.came)
-        self._one, self._width = one, first + self._forces
-        self._columns = self._width + 4
-        rng = np.random.default_rng(self._width)
-        signs = rng.choice([-2.0, 1.0, 3.0], self._width)
-        self._weights = signs * rng.uniform(0.5, 1.0, self._width)
-        units = {path: self._unit(column) for column, path in enumerate(self.paths.values())}
-        begun = elements.planted(elements.repeated(self._rest, self._columns), units)
-        end.s, end.p = end.followed(begun), elements.repeated(self._p, self._columns)
-        came, self._sent, self._read = self._signals(n, rounds), dict[Slot, Any](), list[Any]()
-        for tick in range(rounds * end.ticks):
-            force = end.nothing[0]
-            if self._forces and tick < end.ticks:
-                force = tuple(self._unit(first + tick * end.dof + i) for i in range(end.dof))
-            sent, read = end.step(tick, came, force)
-            self._sent |= sent
-            self._read.append(read)
-        self._went = rounds, one
-
-    def _signals(self, first: int, rounds: int) -> Any:
-        """Return what comes in, one signal after the other."""
-        found: dict[Slot, tuple[list[Any], ...]] = {}
-        for column, (slot, name, _) in enumerate(self.came, start=first):
-            parts = found.setdefault(slot, ([], [], []))
-            parts[SIGNALS.index(name)].append(self._unit(column))
-        whole = [len(way.arrivals(way.looked.phase, self._end.ticks)) for way in self._end.ways]
+    def _coming(self, numbers: Sequence[float]) -> Came:
+        """Return the packets that come in, of these numbers."""
+        found: dict[Slot, tuple[list[float], ...]] = {}
+        for (slot, name, _), number in zip(self.came, numbers, strict=False):
+            found.setdefault(slot, ([], [], []))[SIGNALS.index(name)].append(number)
         return {
-            Slot(way, packet + again * whole[way]): tuple(map(tuple, parts))
-            for (way, packet), parts in found.items()
-            for again in range(rounds)
+            slot: (tuple(wave), tuple(position), tuple(extra))
+            for slot, (wave, position, extra) in found.items()
         }
 
-    def _unit(self, column: int) -> Any:
-        """Return what is one in a column, and weighted in the two that have all at once."""
-        values = np.zeros((self._columns, self._end.runs))
-        values[column] = self._one
-        values[-3:] = self._one * self._weights[column] * np.array([[1.0], [-1.0], [LESS]])
-        return elements.elements(values.ravel())
-
-    def _rows(self, signals: Sequence[tuple[str, Any]]) -> Array:
-        """Return signals with their names as rows over all states and inputs, ``(runs, signals,
-        columns)``.
-        """
-        whole = self._answers([value for _, value in signals])
-        rows = whole[:, : self._width]
-        sizes = np.einsum("c,scr->sr", np.abs(self._weights), np.abs(rows))
-        expected = np.einsum("c,scr->sr", self._weights, rows)
-        off = np.maximum(np.abs(expected - whole[:, -3]), np.abs(expected + whole[:, -2]))
-        wrong = np.any(off > SUPERPOSED * sizes.max(axis=0, initial=0.0), axis=1)
-        if wrong.any():
-            bad = {signals[j][0] for j in np.flatnonzero(wrong).tolist()}
-            raise NonlinearError(
-                f"{self._end.scenario.name}: superposition does not hold for "
-                f"{', '.join(sorted(bad))}; there is no linear model; use 'pmwvc simulate'"
-            )
-        return rows.transpose(2, 0, 1).copy()
-
-    def _answers(self, values: Sequence[Any]) -> Array:
-        """Return by how much signals differ from rest, ``(signals, columns, runs)``, per unit."""
-        found = np.empty((len(values), self._columns, self._end.runs))
-        for index, value in enumerate(values):
-            found[index] = elements.as_columns(value, self._columns, self._end.runs)
-        rest = found[:, self._width : self._width + 1]
-        moved = found - rest
-        return np.where(np.abs(moved) <= ROUNDING * np.abs(rest), 0.0, moved / self._one)
-
-    def _find(self) -> None:
-        """Find the states: those that motion and packets set in motion."""
-        places = self._places()
+    def _found_states(self) -> list[StateName]:
+        """Return those that motion and packets set in motion."""
         movable = self._end.scenario.environment.movable
-        states = {name for name in places if name[0].endswith(MOVING if movable else OF_DEVICES)}
+        first = MOVING if movable else OF_DEVICES
+        states = [name for name in self._places if name[0].endswith(first)]
         while True:
-            self.paths = {name: path for name, path in places.items() if name in states}
-            self._go()
-            values = elements.leaves(self._end.s)
-            others = [name for name in places if name not in states]
-            answers = self._answers([values[places[name]] for name in others])
-            large, small = np.abs(answers[:, -3]), np.abs(answers[:, -1])
-            answer = np.any(small > large * LESS**1.5, axis=1).tolist()
-            new = {name for name, is_one in zip(others, answer, strict=True) if is_one}
-            if not new:
-                return
-            states |= new
+            weights = self._weights(states)
+            large, small = np.abs(self._answers(ONE * np.array([weights, LESS * weights]), states))
+            rows = zip(self._places, (small > large * LESS**1.5).tolist(), strict=False)
+            found = {*states, *(name for name, answers in rows if answers)}
+            if len(found) == len(states):
+                return states
+            states = [name for name in self._places if name in found]
 
-    def _places(self) -> dict[StateName, Path]:
+    def _found_places(self) -> dict[StateName, Path]:
         """Return where a state may be: at numbers that do not follow from others."""
-        paths = [
-            path
-            for path, value in elements.leaves(self._rest).items()
-            if path[-1] not in WATCHING and np.all(np.isfinite(value))
-        ]
-        marks = {path: 0.5 + number for number, path in enumerate(paths)}
-        left = elements.leaves(self._end.followed(elements.planted(self._rest, marks)))
-        return {self._end.name_of(path): path for path in paths if left[path] is marks[path]}
+        found = {
+            path: names
+            for path, names, value in leaves(self._rest)
+            if names[-1] not in WATCHING and math.isfinite(value)
+        }
+        marks = [0.5 + number for number in range(len(found))]
+        left = self._end.followed(planted(self._rest, forest(found, ()), marks))
+        rows = zip(found.items(), marks, strict=True)
+        return {
+            self._named(names): path
+            for (path, names), mark in rows
+            if reduce(getitem, path, left) is mark
+        }
+
+    def _named(self, names: tuple[str | int, ...]) -> StateName:
+        """Return the name of a number, and its axis: the last number among its names."""
+        last = max((at for at, each in enumerate(names) if isinstance(each, int)), default=None)
+        axis = 0 if last is None else int(names[last])
+        return ".".join(
+            [self._end.name, *(str(p) for i, p in enumerate(names) if i != last)]
+        ), axis
 
 
 def placed(states: Iterable[StateName]) -> Flags:

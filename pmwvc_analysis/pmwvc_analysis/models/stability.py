@@ -14,11 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.linear import axes_of, require_linear
+from pmwvc_analysis.models.ends import PerturbedUser
+from pmwvc_analysis.models.linear import require_linear
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.long_delays import Long, is_long
 from pmwvc_analysis.models.loop import LinearLoop, loop_of
+from pmwvc_analysis.models.matrices import ends_of
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
@@ -28,13 +30,14 @@ from pmwvc_core.words import count
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
 LOWEST = 0.1  # [N/m]
-PER_DECADE = 20
+PER_DECADE = 10
 LARGEST_BATCH = 512
 ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
 RADIUS = 30  # circles to draw for a radius
 ALLOWED = 4e9  # work of a question, about nanoseconds, as measured on one core of 2024
-TICK, ENTRY = 5e5, 1e2  # of one user in one tick, and of every number it steps
-STATES = 30  # of a user, before they are counted
+TICK = 4e4  # of one user in one tick, from one state
+STATES = 12  # of a user at either end, before they are counted
+EVALUATIONS = 200  # of a search for the largest stiffness
 CUBE = 10.0  # eigenvalues of a matrix, per n^3
 CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round
 
@@ -47,20 +50,23 @@ class StabilityWork:
     """Work done for a question about a scenario; that about several is as many questions."""
 
     def __init__(self, scenario: Scenario, questions: int = 1) -> None:
-        self._scenario, self._left = scenario, ALLOWED * questions
+        self._scenario, self.left = scenario, ALLOWED * questions
+        self._stepped = set[Scenario]()
 
-    def stepping(self, runs: Sequence[Scenario]) -> None:
-        """Count stepping all ends around their hyperperiod, twice, with packets as columns."""
-        part, ticks = runs[0], hyperperiod_ticks(runs[0])
-        packets = sum(2 * ticks // user.master.rate_drop for user in part.users)
-        steps = len(part.users) * (ticks + ticks // part.period_ticks)
-        columns = (STATES + packets) * axes_of(part) * len(runs)
-        self.count(2.0 * steps * (TICK + columns * ENTRY))
+    def stepping(self, runs: Sequence[Scenario], live: bool) -> None:
+        """Count stepping all ends around their hyperperiod, from every state and packet, once."""
+        for (kind, ticks, dof, *_), of_runs in ends_of(runs, live):
+            new, users = set(of_runs) - self._stepped, of_runs[0].users
+            self._stepped |= new
+            steps = ticks if kind is PerturbedUser else ticks // runs[0].period_ticks
+            packets = sum(2 * ticks // user.master.rate_drop for user in users)
+            columns = (STATES * len(users) + packets) * dof
+            self.count(TICK * columns * steps * len(users) * len(new))
 
     def count(self, more: float, what: str = "") -> None:
         """Count work on something; UnknownError where it is more than allowed."""
-        self._left -= more
-        if self._left < 0.0:
+        self.left -= more
+        if self.left < 0.0:
             sizes = [f"a hyperperiod of {hyperperiod_ticks(self._scenario)} ticks", what]
             raise UnknownError(
                 f"{self._scenario.name}: not known: {', '.join(filter(None, sizes))}: too much "
@@ -98,7 +104,7 @@ def _model(
     """Return the model of scenarios; work is counted before it is done, so many circles for one
     with long delays.
     """
-    work.stepping(runs)
+    work.stepping(runs, live)
     model = model_of(loop_of(*runs, live=live))
     if isinstance(model, Long):
         for signals, states in (loci.size for loci in model.loci):
@@ -117,7 +123,7 @@ def model_of(loop: LinearLoop) -> Linear | Long:
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> StabilityLimit:
     """Return the largest contact stiffness [N/m], all in proportion; unknown: too much work."""
-    work, fine = StabilityWork(scenario), 0.2
+    work = StabilityWork(scenario)
 
     def at(stiffness: Array) -> Flags:
         """Tell where the loop is stable: quicker than radii at long delays."""
@@ -125,9 +131,10 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> St
         return _model(stiff, work, live=live, circles=1).stable()
 
     try:
-        model = _model([scenario], work, live=live, circles=0)
-        if isinstance(model, Linear):  # as eigenvalues take their time
-            fine = float(np.clip(2e6 / model.count**3, 0.2, 1.0))
+        for stiffness in (bound, LOWEST):
+            before = work.left
+            at(np.array([stiffness]))
+        fine = float(np.clip(0.5 * before / (EVALUATIONS * (before - work.left)), 0.4, 1.0))
         points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
         grid = np.geomspace(LOWEST, bound, points)
         changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
@@ -139,7 +146,7 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> St
 
 
 def crossings(
-    at: Callable[[Array], Flags], grid: Array, *, within: float = 1e-6, parts: int = 17
+    at: Callable[[Array], Flags], grid: Array, *, within: float = 1e-6, parts: int = 9
 ) -> list[tuple[float, bool]]:
     """Return where stability changes on an ascending grid, ``within`` a relative precision, and
     whether it is regained there; 0 where the lowest value is unstable. ``at`` tells which of

@@ -7,13 +7,10 @@ model has them: without limits, in contact all the time.
 
 import functools
 import math
-from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, TypeVar
 
-from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.links import LinkWay
-from pmwvc_core.controllers.plugged import PluggedLaw
 from pmwvc_core.law.channel.arrivals import StrictArrivals
 from pmwvc_core.law.channel.pace import NEW, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.playout import add
@@ -23,7 +20,7 @@ from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import made_user
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.scenario.names import resolved, spec_of
-from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.contained import Contained
 
 AMPLE_J = 1e3  # more than any wave of the model needs, so no account ever binds
@@ -45,30 +42,6 @@ def changed(parameters: T, **values: Any) -> T:
     found = object.__new__(type(parameters))
     vars(found).update(vars(parameters) | values)
     return found
-
-
-def with_value(scenario: Scenario, name: str, value: float) -> Scenario:
-    """Return the scenario with another value of a parameter, which needs no check."""
-    number, leaves = resolved(name)
-    for leaf in leaves:
-        _, path, of_user = PARAMETERS[leaf]
-        names = path.split(".")
-        if not of_user:
-            scenario = _with(scenario, names, value)
-            continue
-        users = [
-            _with(user, names, value) if number in (0, index) else user
-            for index, user in enumerate(scenario.users, start=1)
-        ]
-        scenario = changed(scenario, users=tuple(users))
-    return scenario
-
-
-def _with(group: Any, names: Sequence[str], value: float) -> Any:
-    first, *others = names
-    return changed(
-        group, **{first: _with(getattr(group, first), others, value) if others else value}
-    )
 
 
 def with_stiffness(scenario: Scenario, stiffness: float) -> Scenario:
@@ -107,8 +80,6 @@ def user_at_rest(scenario: Scenario, dof: int, answer_tick: int, fed: bool) -> t
     kept = {name: limits[name] for name in KEPT}
     far |= kept | {"soft_start_s": LEAST_S, "brakes": False}
     p = p._replace(limits=p.limits._replace(**far), arrivals=p.arrivals._replace(longest=math.inf))
-    if isinstance(law := getattr(p.port, "law", None), PluggedLaw):
-        p = p._replace(port=p.port._replace(law=law._replace(device=lifted(law.device))))
     if hasattr(s.port, "counts"):
         exact = tuple(resting_counts(x)._replace(step_m=0.0) for x in s.port.x)
         s = s._replace(port=s.port._replace(counts=exact, begun=True, node_j=AMPLE_J))
@@ -128,8 +99,6 @@ def server_at_rest(scenario: Scenario, dof: int) -> tuple[Any, Any]:
     s, e = resting_server(guests, session, p), p.environment
     if hasattr(e, "brakes"):
         e = e._replace(brakes=False)
-    if isinstance(getattr(e, "laws", (None,))[0], PluggedLaw):
-        e = e._replace(laws=tuple(each._replace(avatar=lifted(each.avatar)) for each in e.laws))
     if isinstance(getattr(e, "coupling", None), Contained):
         e = e._replace(coupling=e.coupling.law)
     return s, p._replace(environment=e)

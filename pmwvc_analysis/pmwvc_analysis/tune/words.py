@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A proposal as plain data, as a table, and as what each choice costs."""
+"""A proposal as plain data, and as a table."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -37,7 +37,6 @@ def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
         "bounds": list(found.bounds),
         "best": _plain(scenario, found.best),
         "others": {label: _plain(scenario, row) for label, row in found.others.items()},
-        "costs": {label: costs(found.best, row) for label, row in found.others.items()},
     }
 
 
@@ -89,7 +88,6 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         )
     else:
         lines.append(f"  noise: {criteria.NOTICED_N * 1e3:g} mN count as one JND of the cost")
-    lines += [f"  {label}: {costs(best, row)}" for label, row in found.others.items()]
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())
     return [*lines, f"use it with: {words}"]
@@ -129,23 +127,3 @@ def _by_account(scenario: Scenario) -> bool:
     if behind:
         return len(behind) == len(scenario.users) and all(bounded(u, scenario) for u in behind)
     return passive_by_account(scenario)
-
-
-def costs(best: Rating, other: Rating) -> str:
-    """Return what another choice changes against the proposal, in words."""
-    if not other.stable:
-        if other.spectral_radius > 1.0:
-            return f"not stable (spectral radius {other.spectral_radius:.7g})"
-        return f"not stable with nothing touched (spectral radius {other.free_radius:.7g})"
-    found = []
-    for word, ours, theirs in (
-        ("stiffness", best.k_felt, other.k_felt),
-        ("mass", best.mass_felt, other.mass_felt),
-        ("noise", best.noise_n, other.noise_n),
-        ("lag", best.lag_s, other.lag_s),
-    ):
-        if ours and theirs and abs(theirs / ours - 1.0) >= 0.005:
-            found.append(f"{word} {(theirs / ours - 1.0) * 100.0:+.0f} %")
-    if best.passive and not other.passive:
-        found.append("no longer proved passive")
-    return ", ".join(found) or "no difference in the quantities listed"

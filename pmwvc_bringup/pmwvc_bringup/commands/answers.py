@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
-from pmwvc_bringup.output import doing, write_answer
+from pmwvc_bringup.output import doing
 from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
     Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain),
     rendered stiffness and mass beside the ideal, force noise by encoder steps
     (device.encoder_step_m, or 10 um). Nonlinear elements are left out of the exact model and
-    named. Keys of --json: scenario, not_linear, bounds, best, others, costs; see docs/tuning.md.
+    named. Keys of --json: scenario, not_linear, bounds, best, others; see docs/tuning.md.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.tune import words
@@ -142,36 +142,3 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
         path.write_text(to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
         print(f"written: {path}")
     return cli.Result(document=words.answer(scenario, found))
-
-
-@cli.command(*cli.GIVEN, cli.OUT.but("folder for figure and numbers"), cli.JSON)
-def filter_(arguments: argparse.Namespace) -> cli.Result:
-    """Design and check the velocity filter of a scenario.
-
-    examples:
-      pmwvc filter wall_filtered
-      pmwvc filter wall_filtered --set master.velocity_filter.order=3 --out /tmp/filter
-      pmwvc filter wall --set master.velocity_filter.kind=exact \\
-          --set master.velocity_filter.order=1 --set master.velocity_filter.alpha=0.929
-
-    Without alpha and cutoff_hz the filter is designed for the anti-aliasing filter: order 1 by
-    minimax (App. D), order 2 and more by the lowest cut-off for any environment. Refused where
-    none exists.
-
-    Keys of --json: scenario, user, kind, order, share, alpha, cutoff_hz, designed,
-    in_phase_margin, in_phase_worst_hz, any_environment_margin, any_environment_worst_hz (Hz),
-    switching_gain (at most 1 is passive under any switching), port_margin (of b; null but for the
-    equivalent form), noise_gain (rms), flags (conditions not met: in_phase, any_environment,
-    switching, port). --out writes filter.png, .svg and .json.
-    """
-    scenario = cli.scenario_of(arguments)
-    from pmwvc_analysis.filters import velocity_filter as design
-
-    found = design.judge(scenario)
-    result = design.answer(scenario, found)
-    print(*design.sentences(result), sep="\n")
-    if arguments.out:
-        from pmwvc_analysis.figures.model_charts import velocity_filter
-
-        write_answer(arguments.out, "filter", result, velocity_filter(found, scenario))
-    return cli.Result(document=result)

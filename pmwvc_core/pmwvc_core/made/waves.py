@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.controllers.plugged_local import PluggedLocalParams
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing
@@ -63,7 +62,7 @@ def _made_bank(master: MasterParams, local: Any, axes: int) -> tuple[Any, Any]:
     filters = found.low_up, found.low_down, found.high_up, found.high_down
     sections = [() if each is None else rates.sections_of(each) for each in filters]
     cascades = [(rates.resting_cascade(each),) * axes for each in sections]
-    s = filter_bank.Bank._make([*cascades, filter_bank.resting_local(local, axes), (0.0,) * 4])
+    s = filter_bank.Bank._make([*cascades, filter_bank.resting_local(axes), (0.0,) * 4])
     return s, filter_bank.BankFilters._make([*sections, local, master.tick_s])
 
 
@@ -131,9 +130,7 @@ def _made_filters(
     if master.bank.is_on:
         local = master.local_model
         place = filter_bank.ACTS.index(local.acts), local.begins_m, master.tick_s
-        model: Any = filter_bank.SpringDamper(local.stiffness, local.damping, *place)
-        if local.is_plugin:
-            model = PluggedLocalParams(local, sum(b.values) / len(b.values), *place)
+        model = filter_bank.SpringDamper(local.stiffness, local.damping, *place)
         far = _made_bank(master, model, axes)
     states, params = zip(near, far, strict=True)
     return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)

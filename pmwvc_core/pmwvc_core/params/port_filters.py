@@ -14,7 +14,7 @@ class VelocityFilterParams(Validated):
     """Velocity filter by feeding back the high-pass part of the outgoing wave (App. D).
 
     At most one of ``alpha`` and ``cutoff_hz``; without either they follow from the anti-aliasing
-    filter (``pmwvc filter`` prints it).
+    filter.
     """
 
     kind: str = fixed(
@@ -47,21 +47,16 @@ class VelocityFilterParams(Validated):
 
 @dataclass(frozen=True)
 class LocalModelParams(Validated):
-    """A spring and damper to ground, or a model that is a plug-in."""
+    """A spring and damper to ground."""
 
-    kind: str = fixed(
-        "spring_damper", "-", "spring_damper, or an entry point of pmwvc.local_models"
-    )
-    stiffness: float = parameter(500.0, "0..1e6 N/m", "spring_damper: stiffness")
-    damping: float = parameter(1.0, "0..10000 N s/m", "spring_damper: damping")
+    stiffness: float = parameter(500.0, "0..1e6 N/m", "stiffness")
+    damping: float = parameter(1.0, "0..10000 N s/m", "damping")
     acts: str = parameter(
         "everywhere",
         ("everywhere", "above", "below"),
         "everywhere, or while the device is above or below begins_m along axis 0",
     )
     begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
-
-    is_plugin = lacks("kind", "spring_damper")
 
 
 @dataclass(frozen=True)

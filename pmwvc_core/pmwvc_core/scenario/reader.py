@@ -25,6 +25,7 @@ PRESET_NAME = re.compile(r"(user[1-9]\d*\.|)(?:(master)|link(?:\.\*|\.(up|down)|
 GONE = re.compile(
     r"(user[1-9]\d*\.)?link\.(up\.|down\.)?"
     "(mode|markov_p[1-4]+|reorder_gap|rate_cell_(overhead_)?bytes|slot_(packets|bytes))"
+    r"|(user[1-9]\d*\.)?master\.local_model\.kind"
 )
 
 
@@ -63,7 +64,7 @@ class _Values:
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
         """Sort values into shared and users'; a common override replaces single users'."""
         for name, value in self._without_presets(values).items():
-            if GONE.fullmatch(name) and value in ("exact", 0, 1):
+            if GONE.fullmatch(name) and value in ("exact", "spring_damper", 0, 1):
                 continue
             try:
                 number, leaves = resolved(name)

@@ -30,7 +30,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
-from pmwvc_core.wave.aliasing import TOLERANCE, minimum_between
+from pmwvc_core.wave.aliasing import TOLERANCE, peak
 from pmwvc_core.wave.filter_design import (
     bilinear_sections,
     half_power_hz,
@@ -104,14 +104,11 @@ def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: flo
     """
     z = np.exp(1j * angle)
 
-    def error(alpha: float) -> float:
-        high = (z - 1.0) / (z - alpha)
-        return float(np.max(np.abs(np.abs(low + share * high) ** 2 - 1.0)))
+    def fit(alpha: Array) -> Array:
+        high = (z - 1.0) / (z - alpha[:, np.newaxis])
+        return np.asarray(-np.abs(np.abs(low + share * high) ** 2 - 1.0).max(axis=1))
 
-    grid = np.linspace(0.0, below, 97)[1:-1]
-    start = int(np.argmin([error(float(alpha)) for alpha in grid]))
-    around = grid[max(start - 1, 0)], grid[min(start + 1, len(grid) - 1)]
-    return minimum_between(error, float(around[0]), float(around[1]))[0]
+    return peak(fit, np.linspace(0.0, below, 97)[1:-1])[0]
 
 
 def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: float) -> float:
@@ -147,32 +144,6 @@ def sections_of(own: VelocityFilterParams, tick_s: float, side: str) -> Array:
     return bilinear_sections(own.order, cutoff, tick_s, side)
 
 
-def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Complex]:
-    """Return the responses of the branch to the environment and back, and of that fed back (all
-    of it, not the share), for parameters that :func:`chosen` has completed.
-    """
-    tick_s, own = params.tick_s, params.velocity_filter
-    angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
-    low = response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
-    high = sections_response(sections_of(own, tick_s, "high"), angle)
-    if not own.splits:
-        return low, high
-    pair = sections_response(sections_of(own, tick_s, "low"), angle)
-    return low * pair**2, high**2
-
-
-def velocity_gain(params: MasterParams, frequency_hz: Array) -> Complex:
-    """Return what is left of the velocity in the force, F_m/(b xd) while nothing comes back.
-
-    Exact and complementary (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
-    """
-    _, high = branches(params, frequency_hz)
-    fed = params.velocity_filter.share * high
-    if params.velocity_filter.in_force:
-        return np.asarray(1.0 - 2.0 * fed)
-    return np.asarray((1.0 - fed) / (1.0 + fed))
-
-
 def slow_lags(params: MasterParams) -> tuple[float, float]:
     """Return what the filter adds to the lag of slow motion once around, pressing on a wall and
     with nothing touched [s].
@@ -197,8 +168,13 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
 def noise_gain(params: MasterParams) -> float:
     """Return the length of the noise that the difference of a rounded position makes in the
     force, beside that without a filter (rms; white rounding errors).
+
+    While nothing comes back the velocity is in the force by F_m/(b xd): exact and complementary
+    (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
     """
-    turn = np.arange(16384) / 16384
+    own, turn = params.velocity_filter, np.arange(16384) / 16384
+    high = sections_response(sections_of(own, params.tick_s, "high"), 2.0 * np.pi * turn)
+    fed = own.share * (high**2 if own.splits else high)
+    gain = 1.0 - 2.0 * fed if own.in_force else (1.0 - fed) / (1.0 + fed)
     power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2
-    gain = velocity_gain(params, turn / params.tick_s)
     return float(np.sqrt(np.mean(np.abs(gain) ** 2 * power) / 2.0))

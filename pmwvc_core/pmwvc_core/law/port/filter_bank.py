@@ -28,7 +28,7 @@ Equations: docs/theory.md 1.6, 8.1, 8.2, 8.3, 8.4.
 from operator import mul
 from typing import Any, NamedTuple
 
-from pmwvc_core.law.family import Family, accounts
+from pmwvc_core.law.family import accounts
 from pmwvc_core.law.port import port_filters
 from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, squared, zero
 from pmwvc_core.law.wave.filter_and_hold import Cascade, Sections, cascade, gain_of, rest_of
@@ -58,17 +58,11 @@ class SpringDamper(NamedTuple):
     tick_s: float
 
 
-# Members by the type of the parameters, or of the state: what another package brings has its own.
-resting_local = Family("resting_local")  # (p, axes) -> s
-local_offered = Family("local_offered")  # (s, device_x, p) -> s: F0, G and place of this tick
-local_moved = Family("local_moved")  # (s, f, xd, p) -> s: what the tick did
-local_stored_j = Family("local_stored_j")  # (s, p) -> energy held [J]
-changed_local = Family("changed_local")  # (s, old p, p) -> s: other parameters from here on
-
-
-def local_offer(s: Any, device_x: Vector, p: Any, b: Any) -> tuple[Any, Vector, Vector]:
+def local_offer(
+    s: LocalModel, device_x: Vector, p: SpringDamper, b: Any
+) -> tuple[LocalModel, Vector, Vector]:
     """Return v0 [sqrt(W)] and g of the answer v0 + g u2, for each eigenvalue of b."""
-    s = local_offered(s, device_x, p)
+    s = _offered(s, device_x, p)
     shares = each(_share, (b.values,), s.slope)
     v0 = along(b, shares, wave_v(b, zero(s.f0), s.f0))
     return s, v0, each(_reflection, (shares,))
@@ -82,12 +76,12 @@ def _reflection(share: float) -> float:
     return 2.0 * share - 1.0  # (b - G)/(b + G)
 
 
-def local_answer(s: Any, u2: Vector, p: Any, b: Any) -> tuple[Any, Vector]:
+def local_answer(s: LocalModel, u2: Vector, p: SpringDamper, b: Any) -> tuple[LocalModel, Vector]:
     """Take the wave of the tick; return the one that comes back [sqrt(W)]."""
     loose = plus(s.f0, scaled(free_velocity(b, u2), s.slope))
     f = along(b, each(_share, (b.values,), s.slope), loose)
     xd, v2 = wave_velocity(b, u2, f), wave_v(b, u2, f)
-    return local_moved(s, f, xd if s.there else zero(xd), p), v2
+    return _moved(s, f, xd if s.there else zero(xd), p), v2
 
 
 def is_there(device_x: Vector, acts: int, begins_m: float) -> bool:
@@ -97,12 +91,11 @@ def is_there(device_x: Vector, acts: int, begins_m: float) -> bool:
     return device_x[0] > begins_m if acts == ABOVE else device_x[0] < begins_m
 
 
-@resting_local.member(SpringDamper)
-def _resting(p: SpringDamper, axes: int) -> LocalModel:
+def resting_local(axes: int) -> LocalModel:
+    """Return the model at rest."""
     return LocalModel((0.0,) * axes, (0.0,) * axes, 0.0, True, 0.0)
 
 
-@local_offered.member(LocalModel)
 def _offered(s: LocalModel, device_x: Vector, p: SpringDamper) -> LocalModel:
     if not is_there(device_x, p.acts, p.begins_m):
         dissipated_j = s.dissipated_j + local_stored_j(s, p)
@@ -111,19 +104,18 @@ def _offered(s: LocalModel, device_x: Vector, p: SpringDamper) -> LocalModel:
     return LocalModel(s.x, scaled(s.x, p.stiffness), slope, True, s.dissipated_j)
 
 
-@local_moved.member(LocalModel)
 def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
     dissipated_j = s.dissipated_j + squared(xd) * p.damping * p.tick_s
     return s._replace(x=plus(s.x, scaled(xd, p.tick_s)), dissipated_j=dissipated_j)
 
 
-@local_stored_j.member(LocalModel)
-def _stored_j(s: LocalModel, p: SpringDamper) -> float:
+def local_stored_j(s: LocalModel, p: SpringDamper) -> float:
+    """Return the energy in the spring [J]."""
     return squared(s.x) * p.stiffness * 0.5
 
 
-@changed_local.member(LocalModel)
-def _changed(s: LocalModel, old: SpringDamper, p: SpringDamper) -> LocalModel:
+def changed_local(s: LocalModel, old: SpringDamper, p: SpringDamper) -> LocalModel:
+    """Go on with other parameters: what the spring holds is lost."""
     if p == old:
         return s
     lost_j = s.dissipated_j + local_stored_j(s, old)
@@ -137,7 +129,7 @@ class Bank(NamedTuple):
     low_down: tuple[Cascade, ...]
     high_up: tuple[Cascade, ...]
     high_down: tuple[Cascade, ...]
-    local: Any
+    local: LocalModel
     energies: Vector  # to and from server and local model [J]
 
 
@@ -148,7 +140,7 @@ class BankFilters(NamedTuple):
     low_down: Sections
     high_up: Sections
     high_down: Sections
-    local: Any
+    local: SpringDamper
     tick_s: float
 
 

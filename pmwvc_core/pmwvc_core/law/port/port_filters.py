@@ -19,7 +19,7 @@ complementary (ours)
     v_m = H_1 w + s H_2 H_2 u_m, and H_1 u_m goes on, with |H_1|^2 + |H_2|^2 = 1. Passive at every
     tick for s <= 1.
 
-Equations: docs/theory.md 7.1, 7.2, 7.3.
+Equations: docs/theory.md 7.1, 7.2, 7.3, 7.7.
 """
 
 import math

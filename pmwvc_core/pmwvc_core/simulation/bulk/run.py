@@ -58,9 +58,6 @@ def can_run(scenario: Scenario) -> bool:
         and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
         and server.compensation in COMPENSATIONS.library
         and server.environment in ENVIRONMENTS
-        and not any(
-            user.master.bank.is_on and user.master.local_model.is_plugin for user in scenario.users
-        )
     )
 
 
