@@ -52,8 +52,8 @@ OFTEN, OFTEN_RATIO = 3, 0.05  # times, and of the second half: limits that act a
 NEARLY = 0.9  # of a speed limit, which is judged between two rows as well
 LARGEST = 0.99  # of the largest force: as large as the limits allow
 WITHHELD_J = 1e-9  # less of a returning wave was not shortened
-WITHHELD_S, LASTING_S = 0.5, 1.0  # over which it is averaged; for how long it has to last
-LOST_M, LOST_RATIO = 2e-3, 3.0  # and times the natural distance: an environment is lost
+LASTING_S = 1.0  # of a displacement by which an environment is lost
+LOST_M = 2e-3  # less is no loss of an environment
 LOST_SHARE = 0.5  # of a device's way: more of it is not the environment's
 # Nodes.
 EARLY_S = 0.5  # before the end of the session: a node that ended then ended early
