@@ -143,10 +143,10 @@ def test_a_missed_prediction_is_marked_with_numbers_and_tolerance():
 def test_beyond_twenty_events_of_a_kind_the_others_are_one():
     traces = handmade.session(duration_s=9.0)
     user = traces.users[0]
-    for tick in range(500, len(user.time_s) - 100, 300):
+    for tick in range(1000, len(user.time_s) - 100, 300):
         user.f_applied[tick] = 0.0
     limits = [each for each in complete(traces, None) if each["kind"] == "limit"]
-    times = len(range(500, len(user.time_s) - 100, 300))
+    times = len(range(1000, len(user.time_s) - 100, 300))
     assert times > 21 and len(limits) == 21
     assert limits[-1]["what"].startswith(f"{times - 20} more times, the last: force limited for")
-    assert limits[-1]["time_s"] == user.time_s[500 + 20 * 300]
+    assert limits[-1]["time_s"] == user.time_s[1000 + 20 * 300]
