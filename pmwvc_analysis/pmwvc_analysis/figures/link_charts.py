@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
-from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Curve, Dots, Note, Panel
+from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Note, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import unit_of
 from pmwvc_analysis.recording.links import DROPPED
@@ -101,30 +101,19 @@ def _packets(fates: FateTraces, time_s: Array, tint: str) -> list[Dots]:
 
 
 def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return how late the ticks of the force loops were, over time and how often."""
-    users = [user for user in traces.users if user.lateness_s.any()]
-    if not users:
-        return None
-    largest = max(float(user.lateness_s.max()) for user in users) * 1e6
-    bins = np.geomspace(1.0, max(10.0, 1.05 * largest), 90)
-    centres = np.sqrt(bins[1:] * bins[:-1])
-    dots, often = [], []
-    for order, user in enumerate(users):
-        tint = recorded.tint(traces, user.name)
+    """Return how late the ticks of the force loops were."""
+    dots = []
+    for user in (each for each in traces.users if each.lateness_s.any()):
         late: Array = np.clip(user.lateness_s * 1e6, 1.0, None)
-        dots.append(Dots(user.name, user.time_s, late, tint))
-        counts, _ = np.histogram(late, bins)
         median, most = np.percentile(late, (50, 99))
         label = f"{user.name}: median {median:.0f} µs, 99th percentile {most:.0f} µs"
-        seen = np.where(counts > 0, counts, np.nan).astype(float)
-        often.append(Curve(label, centres, seen, tint, DASHES[order % len(DASHES)]))
+        dots.append(Dots(label, user.time_s, late, recorded.tint(traces, user.name)))
+    if not dots:
+        return None
     return Chart(
         "loop",
         "Lateness of the force loop",
         "Wake-up of each tick behind its deadline. Deadlines are absolute, so lateness does not "
         "accumulate.",
-        [
-            Panel("lateness [µs]", dots=dots, y_log=True, height=170.0),
-            Panel("ticks", lines=often, x_label="lateness [µs]", x_log=True, y_log=True),
-        ],
+        [Panel("lateness [µs]", dots=dots, y_log=True, height=170.0)],
     )

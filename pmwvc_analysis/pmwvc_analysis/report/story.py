@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_core.numeric import Flags
 from pmwvc_core.scenario.scenario import Scenario
@@ -30,7 +29,7 @@ def story(traces: SessionTraces, scenario: Scenario | None, summary: dict[str, A
 def _contact(
     traces: SessionTraces, server: ServerTraces, scenario: Scenario | None
 ) -> Iterator[str]:
-    rows = recorded.until_users_end(traces)
+    rows = server.time_s < traces.duration_s  # it runs on behind its users
     times, touching = server.time_s[rows], zip(server.users, server.contact, strict=True)
     first = {name: float(times[np.argmax(on[rows])]) for name, on in touching if on[rows].any()}
     name = "the object" if scenario is None else scenario.environment.noun
