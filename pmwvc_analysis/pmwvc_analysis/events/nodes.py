@@ -96,13 +96,9 @@ def _stalls(
     who: str, what: str, time_s: Array, period_s: float, known: list[tuple[float, float]]
 ) -> Iterator[Event]:
     """Yield pauses of a loop that no hole of the recording explains."""
-    pauses = np.diff(time_s)
-    paused = pauses > max(th.STALL_S, th.STALL_PERIODS * period_s)
-    for start_s, end_s in known:
-        paused &= (start_s >= time_s[1:]) | (time_s[:-1] >= end_s)
-    for row in np.flatnonzero(paused).tolist():
-        text = f"no {what} for {pauses[row] - period_s:.3f} s: the loop did not run"
-        yield event(float(time_s[row]), who, "stall", text)
+    for start_s, end_s in holes.pauses(time_s, period_s, known):
+        text = f"no {what} for {end_s - start_s - period_s:.3f} s: the loop did not run"
+        yield event(start_s, who, "stall", text)
 
 
 def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:

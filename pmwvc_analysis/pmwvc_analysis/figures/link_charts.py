@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
-from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Note, Panel
+from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import unit_of
 from pmwvc_analysis.recording.links import DROPPED
@@ -32,21 +32,18 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     panels = []
     for entry in balances:
         tint = recorded.tint(traces, entry.name)
-        lines, bands, notes = [], recorded.bands(traces), []
+        lines, bands = [], recorded.bands(traces)
         for order, (label, balance, dash) in enumerate(_ways(entry)):
             period = 3.0 * traces.server.period_s if traces.server else 0.0  # steps come late
-            sums, found = balance.balance_j * scale, balance.judged(entry.name, label)
-            below = balance.balance_j < balance.limit_j
-            lines.append(Curve(label, balance.time_s, sums, tint, dash, 1.8 - 0.2 * order, period))
-            bands += [
-                Band(f"{label}: more out than in", tuple(balance.time_s[[first, last]].tolist()))
-                for first, last in runs(below, balance.time_s, join_s=JOIN_S)
-            ]
-            if found.passive is False and found.least_s is not None:
-                text = f"▼ {quantity(found.least_j, 'J')}"
-                notes.append(Note(text, found.least_s, found.least_j * scale))
-        look: Any = {"title": entry.name, "tint": tint, "height": 150.0, "with_zero": True}
-        panels.append(Panel(f"balance [{unit}]", lines, bands=bands, notes=notes, **look))
+            time_s, sums = balance.time_s, balance.balance_j
+            look: Any = tint, dash, 1.8 - 0.2 * order, period
+            lines.append(Curve(label, time_s, sums * scale, *look))
+            for first, last in runs(sums < balance.limit_j, time_s, join_s=JOIN_S):
+                more = quantity(-float(sums[first : last + 1].min()), "J")
+                between = float(time_s[first]), float(time_s[last])
+                bands.append(Band(f"{label}: up to {more} more out than in", between))
+        look = {"title": entry.name, "tint": tint, "height": 150.0, "with_zero": True}
+        panels.append(Panel(f"balance [{unit}]", lines, bands=bands, **look))
     return Chart(
         "energy",
         "Energy balance of the links",

@@ -5,8 +5,6 @@
 from collections.abc import Container
 from typing import Any
 
-import numpy as np
-
 from pmwvc_analysis.charts.chart import Band, Span
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.traces import holes
@@ -15,8 +13,6 @@ from pmwvc_core.network.effects import active
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import count
-
-LEAST_PAUSE_S = 0.05
 
 
 def names(traces: SessionTraces) -> list[str]:
@@ -49,11 +45,9 @@ def bands(traces: SessionTraces) -> list[Band]:
     if traces.server is not None:
         loops.append((holes.SERVER, traces.server.time_s, traces.server.period_s))
     for owner, time_s, period_s in loops:
-        known = [each for each in missing if each.owner == owner]
-        rows = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
-        for start_s, end_s in zip(time_s[rows].tolist(), time_s[rows + 1].tolist(), strict=True):
-            if not any(each.start_s < end_s and start_s < each.end_s for each in known):
-                found.append(Band(f"{owner}: did not run", (start_s, end_s), "alarm"))
+        known = [(each.start_s, each.end_s) for each in missing if each.owner == owner]
+        stood = holes.pauses(time_s, period_s, known)
+        found += [Band(f"{owner}: did not run", each, "alarm") for each in stood]
     return found
 
 

@@ -16,12 +16,14 @@ Equations: docs/theory.md 13, Gaps.
 
 import itertools
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
+from pmwvc_analysis.traces.thresholds import STALL_PERIODS, STALL_S
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import count
@@ -97,6 +99,16 @@ def of_server(server: ServerTraces) -> list[Hole]:
         start_s = float(server.time_s[row] + server.periods_s[row])
         found.append(Hole(SERVER, start_s, float(server.time_s[row + 1]), int(jumps[row]) - 1))
     return found
+
+
+def pauses(
+    time_s: Array, period_s: float, known: Iterable[tuple[float, float]]
+) -> list[tuple[float, float]]:
+    """Return from when to when a loop did not run [s], but where intervals known explain that."""
+    paused = np.diff(time_s) > max(STALL_S, STALL_PERIODS * period_s)
+    for start_s, end_s in known:
+        paused &= (start_s >= time_s[1:]) | (time_s[:-1] >= end_s)
+    return [(float(time_s[row]), float(time_s[row + 1])) for row in np.flatnonzero(paused)]
 
 
 class Interval(NamedTuple):

@@ -11,7 +11,6 @@ OSCILLATION_M_S = 1e-3  # rms beyond the voluntary band: less is noise of a velo
 WINDOW_S = 0.25  # of one rms value: longer than a hand's step, shorter than any trend
 LEAST_WINDOWS = 6  # two for each third of what is judged
 SHORTEST_S = LEAST_WINDOWS * WINDOW_S  # less tells no growth from no decay
-PAUSE_S, PAUSE_PERIODS = 0.02, 2.5  # in a trace: a filter across more would ring
 SETTLE_S = 1.0  # after a contact or a change: transients of a stable loop have died out
 HALVED = 0.5  # last third over first: less dies out
 FADED = 0.9  # last third over first: more is kept up, what lies between is not known
@@ -57,7 +56,7 @@ LOST_M = 2e-3  # less is no loss of an environment
 LOST_SHARE = 0.5  # of a device's way: more of it is not the environment's
 # Nodes.
 EARLY_S = 0.5  # before the end of the session: a node that ended then ended early
-STALL_S, STALL_PERIODS = 0.02, 2.5  # a pause of a loop that is an event
+STALL_S, STALL_PERIODS = 0.02, 2.5  # a pause of a loop: an event, and no filter goes across it
 SILENT_S, SILENT_INTERVALS = 0.1, 5.0  # and usual intervals: a link that is silent
 JOIN_S = 0.25  # between two limits of a force that are one event
 DEBOUNCE_S = 0.05  # contact that is lost for less was not lost
