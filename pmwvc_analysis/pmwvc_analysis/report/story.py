@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The course of a session in one paragraph: who touched what when, and what the hands felt."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,8 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces
 from pmwvc_core.words import listed
 
-TOGETHER_S = 0.1  # first contacts closer than that have one time
+START_S = 0.1  # contacts until then are there from the start
 MOVED_M = 1e-3
-WORDS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight")
 
 
 def story(traces: SessionTraces, scenario: Scenario | None, summary: dict[str, Any]) -> str:
@@ -36,22 +35,12 @@ def _contact(
     if not first:
         yield f"No user touched {name}."
         return
-    who = listed(list(first))
-    if len(first) == len(server.users) or len(first) > 3:
-        who = f"{WORDS[len(first)]} user{'' if len(first) == 1 else 's'}"
+    when = "from the start"
+    if max(first.values()) >= START_S:
+        when = f"at {listed(list(dict.fromkeys(f'{at_s:.1f} s' for at_s in first.values())))}"
     grips = scenario is not None and all(u.contact.grips for u in scenario.users)
     verb = "gripped" if grips and name == "the cube" else "touched"
-    yield f"{who} {verb} {name} {_when(list(first.values()))}{_moved(server, rows)}."
-
-
-def _when(times: Sequence[float]) -> str:
-    if max(times) < TOGETHER_S:
-        return "from the start"
-    if max(times) - min(times) < TOGETHER_S:
-        return f"at {min(times):.1f} s"
-    if len(times) <= 3:
-        return f"at {listed([f'{each:.1f} s' for each in times])}"
-    return f"between {min(times):.1f} s and {max(times):.1f} s"
+    yield f"{listed(list(first))} {verb} {name} {when}{_moved(server, rows)}."
 
 
 def _moved(server: ServerTraces, rows: Flags) -> str:
