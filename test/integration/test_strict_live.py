@@ -36,7 +36,8 @@ def test_no_link_gives_more_than_was_declared_and_no_node_is_below_its_limit(imp
     for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
         held_j = sum(max(each.given_j, 0.0) for each in stood_still(user))
         for balance in (energy.up, energy.down):
-            assert 0.0 < balance.declared_j < 0.005  # lent to playouts whose packets are late
+            lent_j = max(scenario.server.store_j, scenario.users[0].master.store_j)
+            assert 0.0 < balance.declared_j <= lent_j  # to a playout whose packets are late
             assert balance.minimum_j >= LEAST_J - balance.declared_j
         assert energy.joint.minimum_j >= LEAST_J - held_j
         # A force is paid for when its tick is over: the motion may change within it.

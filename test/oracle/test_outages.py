@@ -61,10 +61,10 @@ def peak_n(traces):
 
 def brakes_in_time(time_s, state, damping, length_s):
     """Tell whether a force loop, or an avatar, has only damping soon after the begin of an outage;
-    of one that is concealed the hand knows nothing.
+    one that is concealed brakes neither.
     """
     rows = (time_s >= BEGIN_S) & (np.ravel(state) == damping)
-    if length_s < HOLD_S - STEP_S and damping == SafetyState.DAMPING:
+    if length_s < HOLD_S - STEP_S:
         return not rows.any()
     return time_s[rows][0] - BEGIN_S <= BRAKED_S
 

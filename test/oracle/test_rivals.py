@@ -150,7 +150,10 @@ def test_the_input_to_state_stable_one_is_not_passive_as_it_says():
 def carried(script):
     """Run Python where the rivals are installed; return what it prints, as JSON."""
     path = os.pathsep.join(
-        [os.environ.get("PYTHONPATH", ""), str(ROOT / "tools/benchmark/rivals")]
+        [
+            os.environ.get("PYTHONPATH", ""),
+            *(str(ROOT / "tools" / e) for e in ("", "benchmark/rivals")),
+        ]
     )
     run = subprocess.run(
         [sys.executable, "-c", script],

@@ -26,7 +26,7 @@ from pmwvc_analysis.models.variation import settled_pace
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.law.channel.pace import Pace
+from pmwvc_core.law.channel.pace import NEW
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.simulation.session import SteppedSession
@@ -132,7 +132,7 @@ def test_the_model_of_clocks_that_have_not_settled_does_not_agree(unbound, monke
     scenario = linear_loops.scenario(**values)
     before = settled(scenario)
     assert compare(scenario, model=build(scenario), before=before) < 1e-9
-    monkeypatch.setattr(ends, "settled_pace", lambda way, tick_s: Pace())
+    monkeypatch.setattr(ends, "settled_pace", lambda way, tick_s: NEW)
     made_once.cache_clear()
     assert compare(scenario, model=build(scenario), before=before) > 1e-3
 

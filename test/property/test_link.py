@@ -53,8 +53,7 @@ def test_every_packet_has_one_fate_and_every_delivery_was_promised(params, seed,
     counters = link.counters
     assert counters.in_count == len(gaps) <= len(originals)
     assert counters.queued == 0
-    inside = counters.in_count + counters.duplicated
-    assert inside == counters.out_count + counters.lost + counters.dropped
+    assert len(fates) == counters.out_count + counters.lost + counters.dropped
 
 
 @given(params=settings, seed=seeds, gaps=gaps_ns)
@@ -79,7 +78,6 @@ def test_with_order_kept_nothing_overtakes_even_through_changes(params, seed, ga
     _, out = drive(link, gaps, changes={5 * n: p for n, p in enumerate(kept)})
     numbers = [payload for _, payload, _ in out]
     assert numbers == sorted(numbers)
-    assert link.counters.reordered == 0
 
 
 @given(

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from support.played_laws import Laws
 
 from pmwvc_core.law.channel import playout
-from pmwvc_core.law.channel.pace import forgotten
+from pmwvc_core.law.channel.pace import dropped
 from pmwvc_core.scenario.reader import parse_scenario
 
 FILTERS = [
@@ -139,12 +139,12 @@ def test_a_law_that_changes_what_it_is_given_is_noticed(monkeypatch):
     state, _ = laws.run(laws.start, range(100))
     text = repr(state)
 
-    def dropped(knots, count):
-        knots[:] = forgotten(knots, count)
+    def dropped_in_place(knots, count):
+        knots[:] = dropped(knots, count)
         return knots
 
     laws.run(state, range(100, 160))
     assert repr(state) == text
-    monkeypatch.setattr(playout, "forgotten", dropped)
+    monkeypatch.setattr(playout, "dropped", dropped_in_place)
     laws.run(state, range(100, 160))
     assert repr(state) != text

@@ -105,7 +105,7 @@ def test_a_burst_after_an_outage_makes_no_lag(monkeypatch):
 
 
 def test_the_other_end_is_told_before_this_one_brakes_and_a_late_packet_does_neither():
-    clock = pace.pace_arrive(pace.Pace(), PACKET_S)
+    clock = pace.pace_arrive(pace.NEW, PACKET_S)
     told = braked = None
     for tick in range(200):
         clock, _, _ = pace.pace_step(clock, TICK_S)

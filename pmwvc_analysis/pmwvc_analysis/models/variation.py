@@ -15,7 +15,7 @@ from pmwvc_analysis.models.elements import lifted
 from pmwvc_analysis.models.links import LinkWay
 from pmwvc_core.controllers.plugged import PluggedLaw
 from pmwvc_core.law.channel.arrivals import StrictArrivals
-from pmwvc_core.law.channel.pace import Pace, pace_arrive, pace_step
+from pmwvc_core.law.channel.pace import NEW, Pace, pace_arrive, pace_step
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.counts import resting_counts
 from pmwvc_core.law.vectors import zero
@@ -169,7 +169,7 @@ def with_pace(s: Any, pace: Pace, store_s: float) -> Any:
 def settled_pace(way: LinkWay, tick_s: float) -> Pace:
     """Return the settled clock of a receiver where a hyperperiod begins."""
     sent, looked = way.sent, way.looked
-    ticks, pace = math.lcm(sent.period, looked.period), Pace()
+    ticks, pace = math.lcm(sent.period, looked.period), NEW
     arrival = (sent.phase + way.delay) % sent.period
     end = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
     for look in range(looked.phase, end, looked.period):

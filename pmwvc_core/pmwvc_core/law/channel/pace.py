@@ -29,15 +29,18 @@ LONGEST_S = 0.3  # in store: more waves than that are of a time that nobody feel
 
 
 class Pace(NamedTuple):
-    """The clock [s], at first before any segment."""
+    """The clock [s]."""
 
-    store_s: float = 0.0  # time in store; below zero: concealed
-    silent_s: float = 0.0  # without a segment since there was none in store any more
-    shift_s: float = 0.0  # by which the lag is still to become shorter; below zero longer
-    ratio: float = 1.0  # of the sender's time that is played
-    burst_s: float = SETTLE_S  # for which what comes says nothing of lateness
-    segment_s: float = 0.0  # length of the newest segment
-    first: bool = True  # none has come since the last step
+    store_s: float  # time in store; below zero: concealed
+    silent_s: float  # without a segment since there was none in store any more
+    shift_s: float  # by which the lag is still to become shorter; below zero longer
+    ratio: float  # of the sender's time that is played
+    burst_s: float  # for which what comes says nothing of lateness
+    segment_s: float  # length of the newest segment
+    first: bool  # none has come since the last step
+
+
+NEW = Pace(0.0, 0.0, 0.0, 1.0, SETTLE_S, 0.0, True)  # before any segment
 
 
 def pace_arrive(s: Pace, lasted_s: float) -> Pace:
@@ -70,8 +73,7 @@ def pace_step(s: Pace, h: float) -> tuple[Pace, float, float]:
         beyond_s = max(time_s - in_store_s, 0.0)
     shift_s = s.shift_s - excess * ratio * h
     burst_s = max(s.burst_s - h, 0.0)
-    s = Pace(store_s, silent_s, shift_s, ratio, burst_s, s.segment_s, True)
-    return s, skipped_s, beyond_s
+    return Pace(store_s, silent_s, shift_s, ratio, burst_s, s.segment_s, True), skipped_s, beyond_s
 
 
 class Knot(NamedTuple):
@@ -82,7 +84,7 @@ class Knot(NamedTuple):
     reserve_j: float
 
 
-def forgotten(knots: list[Knot], count: int) -> list[Knot]:
+def dropped(knots: list[Knot], count: int) -> list[Knot]:
     """Return the knots without the first segments; the rest begins at zero."""
     e, u, j = knots[count]
     return [Knot(k.end_s - e, minus(k.integral, u), k.reserve_j - j) for k in knots[count:]]

@@ -20,17 +20,17 @@ part q = min(c, dt) of the c seconds concealed::
 
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
-After an outage that made the ends brake, it stays undelivered instead. Repayment
-begins ``SETTLE_S`` after the last wait. Invariants at every step: given + released <= received +
-E0 (``store_j``), and U(min(p, e)) + guessed = integral played + left + undelivered + mistaken.
-Equations: docs/theory.md 17.1, 17.2, 17.3, 17.25.
+After an outage that made the ends brake, it stays undelivered. Repayment begins ``SETTLE_S`` after
+the last wait. At every step, given + released <= received + E0 (``store_j``), and U(min(p, e)) +
+guessed = integral played + left + undelivered + mistaken. Equations: docs/theory.md 17.1, 17.2,
+17.3, 17.25.
 """
 
 import math
 from typing import NamedTuple
 
 from pmwvc_core.law.channel.constants import FEW, MEND_S, MOST_J, OUTAGE_S, ROUNDING_S, SETTLE_S
-from pmwvc_core.law.channel.pace import Knot, Pace, forgotten, pace_arrive, pace_step, played_to
+from pmwvc_core.law.channel.pace import NEW, Knot, Pace, dropped, pace_arrive, pace_step, played_to
 from pmwvc_core.law.channel.ramp import Asked, Ramp, changed_ramp, ramp_step, resting_ramp
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
@@ -77,9 +77,7 @@ class PlayoutParams(NamedTuple):
 def resting_playout(rest: Vector, moved: Energies, raised: float = 1.0) -> Playout:
     """Return a playout to which nothing has come, with the energies moved before."""
     knots, ramp = [Knot(0.0, rest, 0.0)], resting_ramp(rest, 1)
-    return Playout(
-        Pace(), knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp
-    )  # fmt: skip
+    return Playout(NEW, knots, rest, 0.0, rest, rest, rest, rest, 0.0, moved, raised, ramp)
 
 
 def begin(s: Playout) -> Playout:
@@ -119,7 +117,7 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
         gone += 1
     if gone > 0:
         to, to_j = minus(to, knots[gone].integral), to_j - knots[gone].reserve_j
-        knots = forgotten(knots, gone)
+        knots = dropped(knots, gone)
     last, pace = knots[len(knots) - 1], pace_arrive(s.pace, duration_s)
     needed_j = s.raised * squared(integral) * (0.5 / duration_s)
     reserve_j = last.reserve_j + min(needed_j, energy_j)
