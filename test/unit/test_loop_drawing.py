@@ -119,7 +119,7 @@ def test_where_the_lag_does_not_decide_the_first_user_is_measured():
 def test_the_paragraph_states_who_touched_what_when_and_with_what_force():
     text = told(handmade.session(), handmade.scenario())
     assert "user1 and user2 touched the cube from the start." in text
-    assert "forces at the end: 1.00 N and 1.00 N" in text
+    assert "at the end 1.00 N and 1.00 N." in text
     assert "moved" not in text
     assert "safety" not in text
 

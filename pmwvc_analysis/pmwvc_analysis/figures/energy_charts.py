@@ -35,13 +35,12 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
     time_s = found.time_s[kept]
     hands = [Curve("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)]
     layers = _stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()})
-    panels = [Panel(f"energy [{unit}]", hands, layers=layers, with_zero=True, height=280.0)]
     return Chart(
         "budget",
         "Energy budget",
         "Energy given by the hands (black) and where it is: stored, dissipated, or in flight. "
         "Areas below zero are energy that was generated.",
-        panels,
+        [Panel(f"energy [{unit}]", hands, layers=layers, with_zero=True, height=280.0)],
     )
 
 

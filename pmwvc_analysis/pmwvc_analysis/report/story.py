@@ -14,7 +14,7 @@ from pmwvc_core.traces import ServerTraces, SessionTraces
 from pmwvc_core.words import listed
 
 START_S = 0.1  # contacts until then are there from the start
-MOVED_M = 1e-3
+MOVED_M, LEAST_N = 1e-3, 0.05
 
 
 def story(traces: SessionTraces, scenario: Scenario | None, summary: dict[str, Any]) -> str:
@@ -59,11 +59,6 @@ def _forces(summary: dict[str, Any]) -> Iterator[str]:
     known = (force for force in ends if force is not None and None not in np.atleast_1d(force))
     found = [float(np.linalg.norm(force)) for force in known]
     peak = max((user["force_peak_n"] or 0.0 for user in summary["users"]), default=0.0)
-    if not found or peak < 0.05:
-        return
-    sizes = [f"{force:.2f} N" for force in found]
-    if len(sizes) > 3:
-        sizes = [f"{min(found):.2f} to {max(found):.2f} N"]
-    devices = "The device" if len(found) == 1 else "The devices"
-    end = "" if len(found) == 1 else "s"
-    yield f"{devices} rendered up to {peak:.2f} N; force{end} at the end: {listed(sizes)}."
+    if found and peak >= LEAST_N:
+        sizes = listed([f"{force:.2f} N" for force in found])
+        yield f"Forces rendered: up to {peak:.2f} N; at the end {sizes}."

@@ -30,6 +30,7 @@ PREDICTION_KEYS = (
     "spectral_radius", "stable", "k_max", "any_delay", "loop_gain", "aliasing_gain", "k_felt",
     "mass_felt", "environment_limited", "left_out",
 )  # fmt: skip
+NAMES = {"least_j": "least_balance_j", "counts_j": "encoder_bound_j", "unjudged": "not_judged"}
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
@@ -118,22 +119,10 @@ def _passivity(found: Passivity) -> dict[str, Any]:
 
 
 def _finding(found: Finding) -> dict[str, Any]:
-    return {
-        "owner": found.owner,
-        "part": found.part,
-        "passive": found.passive,
-        "least_balance_j": number(found.least_j),
-        "least_s": found.least_s,
-        "since_s": found.since_s,
-        "tolerance_j": number(found.tolerance_j),
-        "declared_j": found.declared_j,
-        "encoder_bound_j": found.counts_j,
-        "held_j": number(found.held_j),
-        "moved_j": number(found.moved_j),
-        "judged_s": [list(interval) for interval in found.judged_s],
-        "not_judged": [each._asdict() for each in found.unjudged],
-        "why": found.why,
-    }
+    plain = {n: number(v) if isinstance(v, float) else v for n, v in vars(found).items()}
+    named = {NAMES.get(name, name): value for name, value in plain.items() if name != "decides"}
+    named["judged_s"] = [list(interval) for interval in found.judged_s]
+    return named | {"not_judged": [each._asdict() for each in found.unjudged]}
 
 
 def _user(
