@@ -121,7 +121,6 @@ def _passivity(found: Passivity) -> dict[str, Any]:
 def _finding(found: Finding) -> dict[str, Any]:
     plain = {n: number(v) if isinstance(v, float) else v for n, v in vars(found).items()}
     named = {NAMES.get(name, name): value for name, value in plain.items() if name != "decides"}
-    named["judged_s"] = [list(interval) for interval in found.judged_s]
     return named | {"not_judged": [each._asdict() for each in found.unjudged]}
 
 
