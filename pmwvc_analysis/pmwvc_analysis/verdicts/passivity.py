@@ -16,7 +16,7 @@ had not taken in is named with its amount.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,10 +44,9 @@ NO_SCENARIO = "without the scenario its declared storage is not known"
 
 @dataclass(frozen=True)
 class Passivity:
-    """All findings of a session, and the balances of its users that ports were judged by."""
+    """All findings of a session."""
 
     findings: tuple[Finding, ...]
-    balances: dict[str, energy.UserEnergy] = field(default_factory=dict)
 
     def of(self, owner: str) -> list[Finding]:
         """Return the ports of one owner."""
@@ -90,7 +89,7 @@ def passivity(
         found += energies.findings
     still = {user.name: stood_still(user) for user in traces.users}
     held = (_with_held(each, still.get(each.owner, [])) for each in found)
-    return Passivity(tuple(held), balances)
+    return Passivity(tuple(held))
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:

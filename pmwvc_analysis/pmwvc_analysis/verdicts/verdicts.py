@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding
-from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import events, limits
 from pmwvc_analysis.traces import arrivals, holes
@@ -129,13 +128,10 @@ def _user(
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
     index = server.users.index(user.name) if server and user.name in server.users else None
-    away, balance = apart(traces, user), found.balances.get(user.name)
+    away = apart(traces, user)
     return {
         "name": user.name,
         "passive": found.passive(user.name),
-        "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
-        "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
-        "energy_balance_j": _last_balance(balance),
         "force_final_n": final(user.f_applied, user.time_s, end_s),
         "force_peak_n": number(np.linalg.norm(user.f_applied, axis=-1).max()),
         "avatar_force_final_n": final(server.f_s[index], server.time_s, end_s)
@@ -154,15 +150,6 @@ def _user(
         if limited
         else None,
     }
-
-
-def _last_balance(balance: UserEnergy | None) -> float | None:
-    """Return what is left in the channel at the end, both ways [J]."""
-    if balance is None or not len(balance.joint.time_s):
-        return None
-    up, down = balance.up, balance.down  # one way alone is not what the channel kept
-    ways = [balance.joint] if up is None or down is None else [up, down]
-    return number(sum(float(way.balance_j[-1]) for way in ways))
 
 
 def _ticks(user: UserTraces) -> dict[str, Any]:
