@@ -28,7 +28,6 @@ from pmwvc_core.law.wave.following import FREE, followed
 from pmwvc_core.numeric import LARGEST, Array, Flags, root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.wave.impedance import WavePort
 
 NEAR_PERIODS = 2.5  # of the server: the step that takes a change over is known to one or two
 
@@ -138,18 +137,14 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> I
             yield from off(text, "J", work[1:], recorded, together)
         if scenario is not None and scenario.coupling.moves is not None:  # else it stands
             yield from _motion(traces, index, scenario, together, slides=waves)
-        if scenario is not None and scenario.coupling.late and name in users:
-            port = WavePort(users[name].server_impedance)
-            xd = np.asarray(port.velocity(traces.u_s[index][1:], traces.f_s[index][:-1]))
-            text = f"{name}: xd is not decoded from u and the force before at the server"
-            rows = together & ~_grown(traces, BRAKES.name)[1:]
-            yield from off(text, "m/s", traces.xd_s[index][1:], xd, rows)
     if scenario is not None and scenario.environment.movable and not scenario.coupling.black_box:
         kinetic = 0.5 * scenario.server.object_mass * power(traces.xd_o)
         text = "server: the energy of motion is not m |xd|^2/2 of the object"
         yield from off(text, "J", traces.kinetic, kinetic)
     if "withheld" in traces.accounts:
-        yield from _black_box(traces)
+        stored = traces.accounts["environment"] + traces.accounts["contained"] - traces.potential
+        text = "server: stored and heat are not what was taken"
+        yield from off(text, "J", traces.dissipated, stored)
 
 
 def _motion(
@@ -204,20 +199,6 @@ def _grown(server: ServerTraces, account: str) -> Flags:
     """Tell in which steps an account changed."""
     sums = server.accounts.get(account, np.zeros(len(server.time_s)))
     return np.asarray(np.diff(sums, prepend=0.0) != 0.0)
-
-
-def _black_box(server: ServerTraces) -> Iterator[str]:
-    """Check the accounts of the port to a black box against waves, forces and motion."""
-    own, into = server.accounts, np.zeros(len(server.time_s))
-    for u, v, f, xd in zip(server.u_s, server.v_s, server.f_s, server.xd_s, strict=True):
-        into += 0.5 * np.nansum(u**2 - v**2, axis=-1) - np.nansum(f * xd, axis=-1)
-    recorded = own["late_decoding"] + own["withheld"] + own.get(BRAKES.name, 0.0)
-    next_to, accounted = np.diff(server.step, prepend=0) == 1, np.diff(recorded, prepend=0.0)
-    text = "server: late decoding and compensation are not as accounted"
-    yield from off(text, "J", into * server.periods_s, accounted, next_to)
-    text = "server: stored and heat are not what was taken"
-    taken = own["environment"] + own["contained"]
-    yield from off(text, "J", server.dissipated, taken - server.potential)
 
 
 def _sums(server: ServerTraces, index: int, *, passes: bool) -> Iterator[str]:
