@@ -76,9 +76,7 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if server is not None:
         owners.append((SERVER, server.time_s, server.accounts))
     panels = []
-    for name, time_s, own in owners:
-        if not own:
-            continue
+    for name, time_s, own in (owner for owner in owners if owner[2]):
         unit, scale = unit_of(np.concatenate(list(own.values())))
         lines = []
         for index, (account, sums) in enumerate(own.items()):
