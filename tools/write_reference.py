@@ -5,13 +5,14 @@
 """Write ``docs/parameters.md`` from the dataclasses of the parameters: ``make docs``."""
 
 import dataclasses
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pmwvc_core.network.effects import amounts
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.params import LinkParams, Spec, specs
+from pmwvc_core.params import LinkParams, Spec, ports, specs
 from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import leaves
 from pmwvc_core.scenario.scenario import Scenario, User, prefixed
@@ -39,6 +40,13 @@ EACH_USER = """
 
 `side` (`user1.side`): -1 or 1, the side of the object a user is on; -1 pushes towards +x. Users alternate by default.
 """
+MASTERS_HEAD = """
+## Impedances by name: `master.preset`
+
+`master: {preset: light}` in a scenario file or `--set user2.master.preset=firm` sets these, on the strict channel;
+[which one](tuning.md#two-impedances). Settings given beside it win.
+
+"""
 NETWORKS_HEAD = """
 ## Networks by name: `link.preset`
 
@@ -60,6 +68,11 @@ def parameters_page() -> str:
         reference_page(shared),
         EACH_USER,
         reference_page(each),
+        MASTERS_HEAD
+        + "\n".join(
+            f"* `{name}`: " + ", ".join(f"`{each}={json.dumps(v)}`" for each, v in preset.items())
+            for name, preset in ports.PRESETS.items()
+        ),
         NETWORKS_HEAD
         + "\n".join(
             f"| `{name}` | {_both(_link(preset.up), _link(preset.down))} | {preset.basis} |"

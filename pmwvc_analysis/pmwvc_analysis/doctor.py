@@ -28,15 +28,19 @@ QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception")
 
 @dataclass(frozen=True)
 class Checked:
-    """The result of one check: a warning is a declared loss, a problem damage, a note neither."""
+    """The result of one check. Of a recording a warning is a declared loss, a problem damage, a
+    note neither; of a machine a warning is that a session runs, less well.
+    """
 
     check: str
     status: str
     text: str
+    remedy: str = ""
 
     def line(self) -> str:
         """Return the finding as a person reads it."""
-        return f"{self.status:8} {self.check:10} {self.text}"
+        remedy = f"\n{'':21}-> {self.remedy}" if self.remedy else ""
+        return f"{self.status:8} {self.check:11} {self.text}{remedy}"
 
 
 def check_recording(folder: str | Path) -> list[Checked]:

@@ -90,8 +90,6 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
 def _table(name: str, traces: object) -> Table:
     meanings = declared(type(traces))
     values = {column: np.asarray(getattr(traces, column)) for column in meanings}
-    if "looked_ns" in values and not len(values["looked_ns"]):
-        values["looked_ns"] = np.full(len(values["time_s"]), np.nan)
     return Table(plain(name), values, meanings)
 
 

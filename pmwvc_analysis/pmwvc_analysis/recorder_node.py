@@ -83,21 +83,19 @@ class BackgroundWriter:
         """Write what waits, complete the recording (record ``losses``), and return what is missing
         in it and why, one line each.
         """
-        counter = self.writer.counter
         if self._thread.is_alive():
             self._waiting.put(())
             self._thread.join()
             losses = {
-                topic: f"{messages} messages, {counter.missing(topic)} numbers missing, "
-                f"{self.overrun[topic]} not queued"
-                for topic, messages in counter.messages.items()
+                topic: f"{messages} messages, {self.overrun[topic]} not queued"
+                for topic, messages in self.writer.messages.items()
             }
             self.writer.add_metadata("losses", losses)
             self.writer.close()
         found = [f"{topic}: {n} did not fit the queue" for topic, n in self.overrun.items()]
         if self.writer.problem:
             found.append(f"{self.writer.problem}; {self.writer.refused} messages not written")
-        return found + counter.lines()
+        return found
 
     def _run(self) -> None:
         """Write until an empty sequence comes."""
@@ -194,7 +192,7 @@ class Recorder:
         """Return what people should know, once a second."""
         writer = self._background.writer
         values: dict[str, object] = {
-            "messages": sum(writer.counter.messages.values()),
+            "messages": sum(writer.messages.values()),
             "refused": writer.refused,
             "not queued": self._background.overrun.total(),
             "most waiting [MiB]": f"{self._background.most_waiting_bytes / 2**20:.1f}",
@@ -215,7 +213,6 @@ def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
     users = declare_names(node, "users", ["user1", "user2"], "names of the users")
     emulated = flag("netem", True, "the links are emulated: waves have a topic at either end")
     people = flag("people", True, "also record markers, diagnostics and the targets of hands")
-    page = flag("page", False, "a page will lead the remote hands of the scenario: wait for it")
     words = "disk space kept free: recording stops in good order there"
     space = Spec(int, "MiB", low=0, description=words)
     reserve = declare_value(node, "reserve_mib", space, RESERVE_BYTES >> 20)
@@ -224,15 +221,7 @@ def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
     if not users:
         raise ParameterError("users is empty: name at least one user")
     links = [f"{user}/{way}" for user in users for way in ("up", "down")] if emulated else []
-    scenario = read_scenario(folder) if page else None
-    hands = (
-        [user.name for user in scenario.users if user.operator.from_outside] if scenario else []
-    )
-    return (
-        Path(folder),
-        session_topics(users, links=links, people=people, hands=hands),
-        reserve << 20,
-    )
+    return Path(folder), session_topics(users, links=links, people=people), reserve << 20
 
 
 def _subscribed(node: Node, topic: Topic) -> Polled:

@@ -17,6 +17,7 @@ import pkgutil
 import re
 import sys
 from collections.abc import Sequence
+from importlib import metadata
 from typing import Any, NoReturn
 
 from pmwvc_bringup import commands
@@ -27,7 +28,7 @@ from pmwvc_core.errors import PmwvcError
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
     "run view simulate report export replay compare stability map transparency tune "
-    "filter node token scenarios links doctor completion"
+    "filter node token scenarios links doctor"
 ).split()
 EXAMPLES = """\
 examples:
@@ -39,16 +40,10 @@ examples:
 
 
 class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Examples stay as written; the longest name fits before its description."""
+    """Examples stay as written."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=28, width=99)
-
-    def add_argument(self, action: argparse.Action) -> None:
-        """Count the indentation of sub-commands, which the base class forgets."""
-        super().add_argument(action)
-        if isinstance(action, argparse._SubParsersAction):
-            self._action_max_length += self._indent_increment
 
 
 class Parser(argparse.ArgumentParser):
@@ -73,19 +68,12 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
 
 
-class _Version(argparse.Action):
-    """Prints the version of the wheel without ROS, or of a workspace."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        """Print it and exit."""
-        from importlib import metadata
-
-        found = "of an environment that was not built"
-        for distribution in ("pmwvc", "pmwvc_bringup"):
-            with contextlib.suppress(metadata.PackageNotFoundError):
-                found = metadata.version(distribution)
-        print(f"pmwvc {found}")
-        parser.exit()
+def _version() -> str:
+    """Return the version of the wheel without ROS, or of a workspace."""
+    for distribution in ("pmwvc_bringup", "pmwvc"):
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            return metadata.version(distribution)
+    return "of an environment that was not built"
 
 
 def library() -> list[Command]:
@@ -104,8 +92,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command line."""
     what = "Networked cooperative haptics by passive multirate wave-variable control."
     parser = Parser(prog="pmwvc", description=what, epilog=EXAMPLES)
-    text = "show program's version number and exit"
-    parser.add_argument("--version", nargs=0, action=_Version, help=text)
+    parser.add_argument("--version", action="version", version=f"pmwvc {_version()}")
     several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in library():
         what = f"{command.help}."
@@ -113,20 +100,14 @@ def build_parser() -> argparse.ArgumentParser:
             command.name, help=command.help, description=what, epilog=command.examples
         )
         nested.set_defaults(command=command)
-        for name, text, options, completer in command.arguments:
-            action = nested.add_argument(name, help=text, **options)
-            action.completer = completer  # type: ignore[attr-defined]
+        for name, text, options in command.arguments:
+            nested.add_argument(name, help=text, **options)
     return parser
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
-    parser = build_parser()
-    if "_ARGCOMPLETE" in os.environ:  # a shell asks which words could follow
-        import argcomplete
-
-        argcomplete.autocomplete(parser)
-    arguments = parser.parse_args(words)
+    arguments = build_parser().parse_args(words)
     command: Command = arguments.command
     try:
         with document(wanted=getattr(arguments, "json", False)) as write:

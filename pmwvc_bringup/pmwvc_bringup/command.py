@@ -19,26 +19,21 @@ if TYPE_CHECKING:
 
 
 class Argument(NamedTuple):
-    """An argument: its name and help, further options of ``add_argument``, and the words that a
-    shell may offer for it.
-    """
+    """An argument: its name and help, and further options of ``add_argument``."""
 
     name: str
     help: str
     options: Mapping[str, Any]
-    completer: Callable[..., list[str]] | None = None
 
     def but(self, text: str | None = None, *, name: str = "", **options: Any) -> "Argument":
         """Return the same argument with another help, name or other options."""
         text = self.help if text is None else text
-        return Argument(name or self.name, text, {**self.options, **options}, self.completer)
+        return Argument(name or self.name, text, {**self.options, **options})
 
 
-def argument(
-    name: str, text: str = "", *, completer: Callable[..., list[str]] | None = None, **options: Any
-) -> Argument:
+def argument(name: str, text: str = "", **options: Any) -> Argument:
     """Return an argument."""
-    return Argument(name, text, options, completer)
+    return Argument(name, text, options)
 
 
 class Result(NamedTuple):
@@ -69,36 +64,6 @@ def command(*arguments: Argument) -> Callable[[Callable[[argparse.Namespace], Re
     return made
 
 
-def scenario_names(**_: object) -> list[str]:
-    """Return the scenarios that come with the project."""
-    from pmwvc_bringup import scenarios
-
-    return list(scenarios.known())
-
-
-def parameter_names(**_: object) -> list[str]:
-    """Return every parameter of a scenario, ready for its value."""
-    from pmwvc_core.network.presets import PRESETS
-    from pmwvc_core.params import LinkParams, specs
-    from pmwvc_core.scenario.scenario import PARAMETERS
-
-    names = [*PARAMETERS, *(f"link.{name}" for name in specs(LinkParams))]
-    return [f"{name}=" for name in names] + [f"link.preset={name}" for name in PRESETS]
-
-
-def session_folders(prefix: str = "", **_: object) -> list[str]:
-    """Return the folders that begin as the word does; without a word, also recorded sessions."""
-    base = Path(prefix).parent if not prefix.endswith("/") else Path(prefix)
-    parents = [base] if prefix else [base, Path("sessions")]
-    return [
-        f"{path}/"
-        for parent in parents
-        if parent.is_dir()
-        for path in sorted(parent.iterdir())
-        if path.is_dir() and path.name[0] != "."
-    ]
-
-
 class _Once(argparse.Action):
     """Collects NAME=VALUE texts; a name given twice is a mistake."""
 
@@ -125,16 +90,14 @@ def flag(name: str, text: str) -> Argument:
     return argument(name, text, dest=dest, action="store_false" if off else "store_true")
 
 
-NAMED: Any = {"metavar": "SCENARIO", "completer": scenario_names}
-SCENARIO = argument("scenario", "name, or a YAML file", **NAMED)
+SCENARIO = argument("scenario", "name, or a YAML file", metavar="SCENARIO")
 KEPT: Any = {"type": path, "metavar": "FOLDER"}
-FOLDER = argument("folder", "a session folder", completer=session_folders, **KEPT)
+FOLDER = argument("folder", "a session folder", **KEPT)
 OUT = argument("--out", **KEPT)
 USERS = argument("--users", "number of users, 1 to 8", type=int, metavar="N")
 DURATION = argument("--duration", "length of the session in s", type=float, metavar="S")
 COLLECTED: Any = {"dest": "settings", "action": _Once, "default": [], "metavar": "NAME=VALUE"}
-CHANGE = "change a parameter; may be repeated"
-SET = argument("--set", CHANGE, completer=parameter_names, **COLLECTED)
+SET = argument("--set", "change a parameter; may be repeated", **COLLECTED)
 JSON = flag("--json", "print JSON on stdout and nothing else")
 SUMMARY = JSON.but("print summary.json on stdout and nothing else")
 COMPARISON = JSON.but("print comparison.json on stdout and nothing else")

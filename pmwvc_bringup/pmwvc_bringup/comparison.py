@@ -16,7 +16,7 @@ from rich.console import Console
 
 from pmwvc_analysis.compare import settings
 from pmwvc_analysis.compare.measures import COLUMNS, Compared, measured
-from pmwvc_analysis.report.comparison import JSON, PAGE, read_comparison, read_entries, write
+from pmwvc_analysis.report.comparison import JSON, PAGE, write
 from pmwvc_bringup.combinations import Combination
 from pmwvc_bringup.command import Result
 from pmwvc_bringup.output import doing
@@ -79,7 +79,8 @@ def live(
             file.write_text(to_yaml(one.scenario), "utf-8")
             words = ["-m", "pmwvc_bringup.cli", "run", str(file), "--out", str(folder / below)]
             words += [] if figures else ["--no-figures"]
-            code = subprocess.run([sys.executable, *words], check=False).returncode
+            command = [sys.executable, *words]
+            code = subprocess.run(command, check=False, stdout=sys.stdout).returncode
         if code == 130:
             raise KeyboardInterrupt
         if code:
@@ -110,15 +111,6 @@ def print_report(
     for line in [*texts, f"report: {folder / PAGE}" if figures else f"numbers: {folder / JSON}"]:
         console.print(line, markup=False)
     return Result(document=(folder / JSON).read_text("utf-8"))
-
-
-def again(folder: Path, console: Console) -> Result:
-    """Judge the sessions of a comparison anew and write its report."""
-    before = read_comparison(folder)
-    title, notes = str(before["title"]), list(before.get("notes", []))
-    with doing("reading the recordings"):
-        entries = read_entries(folder)
-    return report(folder, title, entries, console, notes=notes)
 
 
 def lines(found: Mapping[str, Any]) -> list[str]:

@@ -18,13 +18,13 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-OK, WARNING, PROBLEM = "ok", "warning", "problem"
+from pmwvc_analysis.doctor import OK, PROBLEM, WARNING, Checked
+
 MIB = 2**20
 MIB_A_MINUTE, MIB_A_MINUTE_OF_USER = 2.1, 5.8  # of a live recording at 1 kHz, measured
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -36,31 +36,16 @@ Outcome: TypeAlias = tuple[str, ...]  # status, text and, but where all is well,
 Rule: TypeAlias = tuple[bool, str, str]  # whether it is broken, the status then, the remedy
 
 
-@dataclass(frozen=True)
-class MachineCheck:
-    """The result of a check: ``status`` is ok, warning (a session runs, less well) or problem."""
-
-    check: str
-    status: str
-    text: str
-    remedy: str = ""
-
-    def line(self) -> str:
-        """Return the finding as a person reads it."""
-        remedy = f"\n{'':21}-> {self.remedy}" if self.remedy else ""
-        return f"{self.status:8} {self.check:11} {self.text}{remedy}"
-
-
-def examine() -> list[MachineCheck]:
+def examine() -> list[Checked]:
     """Run every check of this system; one that fails itself is a problem of its own."""
     live = platform.system() == LINUX and importlib.util.find_spec("rclpy") is not None
     findings = []
     for name, check in (CHECKS if live else NOT_LIVE).items():
         try:
-            findings.append(MachineCheck(name, *check()))
+            findings.append(Checked(name, *check()))
         except Exception as error:  # a broken machine must not end the doctor
             text = f"the check failed: {type(error).__name__}: {error}"
-            findings.append(MachineCheck(name, PROBLEM, text, "report this as a bug"))
+            findings.append(Checked(name, PROBLEM, text, "report this as a bug"))
     return findings
 
 
@@ -76,14 +61,18 @@ def _python() -> Outcome:
 
 
 def _ros() -> Outcome:
+    names = ("Wave", "MasterTrace", "ServerTrace", "PacketFate", "Reception")
     try:
-        importlib.import_module("rclpy")
-        version = importlib.metadata.version("ros-rclpy")
+        messages = importlib.import_module("pmwvc_msgs.msg")
+        support = importlib.import_module("rclpy.type_support")
+        for name in names:
+            support.check_for_type_support(getattr(messages, name))
+        version = f"rclpy {importlib.metadata.version('ros-rclpy')} from wheels"
     except importlib.metadata.PackageNotFoundError:
-        return OK, "rclpy of a ROS installation"
-    except ImportError as error:
-        return PROBLEM, f"rclpy cannot be imported: {error}", LIVE_ONLY
-    return OK, f"rclpy {version} from wheels"
+        version = "rclpy of a ROS installation"
+    except Exception as error:
+        return PROBLEM, f"{type(error).__name__}: {error}", LIVE_ONLY
+    return OK, f"{version}; {len(names)} types of messages with their support libraries"
 
 
 def _system() -> Outcome:
@@ -91,18 +80,6 @@ def _system() -> Outcome:
     need = "ROS 2 (make setup)" if platform.system() == LINUX else "Linux"
     text = f"{platform.system()} {platform.machine()}: all commands but run and node"
     return OK, f"{text}; live sessions need {need}"
-
-
-def _messages() -> Outcome:
-    names = ("Wave", "MasterTrace", "ServerTrace", "PacketFate", "Reception")
-    try:
-        messages = importlib.import_module("pmwvc_msgs.msg")
-        support = importlib.import_module("rclpy.type_support")
-        for name in names:
-            support.check_for_type_support(getattr(messages, name))
-    except Exception as error:
-        return PROBLEM, f"{type(error).__name__}: {error}", LIVE_ONLY
-    return OK, f"{len(names)} types with their support libraries"
 
 
 def _cores() -> Outcome:
@@ -177,7 +154,7 @@ def _in_thread(work: Callable[[], Answer]) -> Answer:
 
 
 CHECKS: dict[str, Callable[[], Outcome]] = {
-    "python": _python, "ros": _ros, "messages": _messages, "cores": _cores, "clock": _clock,
-    "real time": _real_time, "disk": _disk, "environment": _environment,
+    "python": _python, "ros": _ros, "cores": _cores, "clock": _clock, "real time": _real_time,
+    "disk": _disk, "environment": _environment,
 }  # fmt: skip
 NOT_LIVE: dict[str, Callable[[], Outcome]] = {"python": _python, "system": _system, "disk": _disk}

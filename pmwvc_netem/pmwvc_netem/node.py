@@ -29,6 +29,7 @@ from pmwvc_core.runtime.pacing import RealTimeReport, hold_memory, request_real_
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_core.runtime.watch import PATIENCE_S, nothing_on, publishers_of
+from pmwvc_msgs.msg import Wave
 from pmwvc_netem.relayed_link import RelayedLink
 from pmwvc_netem.settings import LinkSetup, Settings
 
@@ -174,24 +175,18 @@ class Netem:
 
 
 def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
-    policy = ReliabilityPolicy.RELIABLE if setup.reliable else ReliabilityPolicy.BEST_EFFORT
-    qos = QoSProfile(depth=DEPTH, reliability=policy)
-    inlet = Polled(node, setup.kind, setup.source, qos, raw=True)
-    outlet = node.create_publisher(setup.kind, setup.target, qos)
-    outlets = [outlet]
-    if setup.is_wave:
-        record = messages.record_of(outlet.topic_name)
-        outlets.append(node.create_publisher(setup.kind, record, RECORDED_QOS))
+    qos = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+    inlet = Polled(node, Wave, setup.source, qos, raw=True)
+    outlet = node.create_publisher(Wave, setup.target, qos)
+    record = node.create_publisher(Wave, messages.record_of(outlet.topic_name), RECORDED_QOS)
 
     def give(message: bytes) -> None:
-        for each in outlets:
-            each.publish(message)
+        outlet.publish(message)
+        record.publish(message)
 
-    relayed = RelayedLink(
-        setup.name, Link(setup.params, seed=setup.seed, direction=setup.seed[2]), take=inlet.take,
-        give=give, clock=time.monotonic_ns, is_wave=setup.is_wave,
-    )  # fmt: skip
-    return relayed, inlet
+    link = Link(setup.params, seed=setup.seed, direction=setup.seed[2])
+    clock = time.monotonic_ns
+    return RelayedLink(setup.name, link, take=inlet.take, give=give, clock=clock), inlet
 
 
 main = partial(run_node, "netem", Netem)

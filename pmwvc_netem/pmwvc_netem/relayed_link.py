@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One relayed topic: messages in, through a link, out; and the record of it.
 
-A message is a string of bytes and stays one: nothing is decoded. Of a Wave only epoch and sequence
-number are looked at, where they stand in the CDR encoding::
+A message is a string of bytes and stays one: nothing is decoded. Only epoch and sequence number
+are looked at, where they stand in the CDR encoding of a Wave::
 
     0  encapsulation (byte 1: 1 for little endian)    20  epoch  (uint64)
     4  stamp         (int32, uint32)                  28  seq    (uint32)
@@ -45,28 +45,25 @@ class RelayedLink:
     """One topic's way through its link, which decides on delay and loss.
 
     ``take`` returns the next message that has come in, or None; ``give`` sends one on; ``clock``
-    is the monotonic clock [ns]. Messages that are no Waves get the relay's own count for a number.
+    is the monotonic clock [ns].
     """
 
     def __init__(
         self, name: str, link: Link, *, take: Callable[[], bytes | None],
-        give: Callable[[bytes], None], clock: Callable[[], int], is_wave: bool,
+        give: Callable[[bytes], None], clock: Callable[[], int],
     ) -> None:  # fmt: skip
         self.name, self.link = name, link
         self.fates = FateLog()
         self.invalid = self._count = 0
         self.late_ns = 0  # latest release since somebody looked
-        self._take, self._give, self._clock, self._is_wave = take, give, clock, is_wave
+        self._take, self._give, self._clock = take, give, clock
 
     def take_in(self) -> None:
         """Put everything that has come in onto the link."""
         while (message := self._take()) is not None:
             now_ns, size = self._clock(), len(message)
             self._count += 1
-            known = peek_wave(message) if self._is_wave else None
-            if not self._is_wave and size >= ENCAPSULATION:
-                known = 0, self._count & 0xFFFFFFFF
-            if known is None:
+            if (known := peek_wave(message)) is None:
                 self.invalid += 1
                 self.fates.add(Fate(self._count, now_ns, kind=FateKind.INVALID, size=size))
                 continue

@@ -1,19 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The relay's parameters: which topics, through which links.
+"""The relay's parameters: which users, through which links.
 
 ``users`` gives each user two links, ``user1/up`` and ``user1/down``, whose topics are relative to
-the node's namespace; ``link_names`` adds links for any other topic. ``link.up`` and ``link.down``
-hold for all users, ``user1.link.up`` for one. Every setting of a link may change while running;
-the last word counts: a change of ``link.up.delay_s`` goes to all users, and a ``preset`` replaces
-all settings of all users.
+the node's namespace. ``link.up`` and ``link.down`` hold for all users, ``user1.link.up`` for one.
+Every setting of a link may change while running; the last word counts: a change of
+``link.up.delay_s`` goes to all users, and a ``preset`` replaces all settings of all users.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import starmap
-from typing import Any
 
 from rclpy.node import Node
 
@@ -30,13 +27,9 @@ from pmwvc_core.runtime.parameters import (
     pass_on,
     set_together,
 )
-from pmwvc_core.runtime.topics import message_class
 
 DIRECTIONS = ("up", "down")
-WAVE = "pmwvc_msgs/msg/Wave"
-OTHER = 2  # in place of a direction, in the random streams of links that are no user's
 SEED = Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers")
-RELIABLE = Spec(bool, description="both ends reliable instead of best effort")
 
 
 @dataclass(frozen=True)
@@ -52,14 +45,11 @@ class PresetParams(Validated):
 
 @dataclass(frozen=True)
 class LinkSetup:
-    """One link: its topics, their type, its random stream and its settings at the start."""
+    """One link: its topics, its random stream and its settings at the start."""
 
     name: str
-    kind: Any  # message class
-    is_wave: bool
     source: str
     target: str
-    reliable: bool
     seed: tuple[int, int, int]
     params: LinkParams
 
@@ -78,18 +68,12 @@ class Settings:
         self._all: dict[str, LinkParams] = {}  # by direction
         self.seed: int = declare_value(node, "seed", SEED, 1)
         preset = self._binding.declare("", PresetParams, self._use_preset).preset
-        others = declare_names(node, "link_names", [], "names of links besides those of the users")
-        self.users = declare_names(
-            node, "users", [] if others else ["user1"], "names of the users, two links each"
-        )
-        self.setups = [*self._of_users(preset), *starmap(self._of_other, enumerate(others))]
-        if not self.setups:
-            raise ParameterError("users is empty: give a user, or link_names")
+        self.users = declare_names(node, "users", ["user1"], "names of the users, two links each")
+        if not self.users:
+            raise ParameterError("users is empty: name at least one user")
+        self.setups = self._of_users(preset)
 
     def _of_users(self, preset: str) -> list[LinkSetup]:
-        if not self.users:
-            return []
-        kind, is_wave = _declared_type(self._node, "type")
         setups = []
         for number, direction in enumerate(DIRECTIONS):
             defaults = getattr(PRESETS[preset], direction) if preset != "none" else None
@@ -103,7 +87,7 @@ class Settings:
                 listener = partial(self._listener, name)
                 params = self._declare_link(f"{user}.{prefix}", listener, common)
                 seed = (self.seed, index, number)
-                setups.append(LinkSetup(name, kind, is_wave, source, target, False, seed, params))
+                setups.append(LinkSetup(name, source, target, seed, params))
                 each.append(params)
             # those for all users get the values that all users have in common
             shared = {
@@ -114,21 +98,6 @@ class Settings:
             self._all[direction] = replace(common, **shared)
             set_together(self._node, values_of(prefix, self._all[direction]))
         return setups
-
-    def _of_other(self, index: int, name: str) -> LinkSetup:
-        """Declare a link that is no user's."""
-        prefix = f"links.{name}"
-        kind, is_wave = _declared_type(self._node, f"{prefix}.type")
-        source, target = (
-            declare_value(self._node, f"{prefix}.{end}", Spec(str, description=text), "")
-            for end, text in (("from", "topic to relay"), ("to", "topic to relay to"))
-        )
-        if not source or not target or source == target:
-            raise ParameterError(f"{prefix}.from, {prefix}.to: must be two topics")
-        reliable = declare_value(self._node, f"{prefix}.reliable", RELIABLE, False)
-        params = self._declare_link(prefix, partial(self._listener, name), None)
-        seed = (self.seed, index, OTHER)
-        return LinkSetup(name, kind, is_wave, source, target, reliable, seed, params)
 
     def _declare_link(
         self, prefix: str, listener: Callable[[LinkParams], None], defaults: LinkParams | None
@@ -145,7 +114,7 @@ class Settings:
     def _use_preset(self, new: PresetParams) -> None:
         if new.preset == "none":
             return
-        for direction in DIRECTIONS if self.users else ():
+        for direction in DIRECTIONS:
             params = getattr(PRESETS[new.preset], direction)
             for start in ("", *(f"{user}." for user in self.users)):
                 set_together(self._node, values_of(f"{start}link.{direction}", params))
@@ -158,15 +127,3 @@ def _check(prefix: str, params: LinkParams) -> None:
         raise ParameterError(f"{prefix}.trace_file: {error}") from None
     except ParameterError as error:
         raise ParameterError(f"{prefix}.{error}") from None
-
-
-def _declared_type(node: Node, name: str) -> tuple[Any, bool]:
-    """Declare the type of messages; return its class, and whether it is that of waves."""
-    spec = Spec(str, description="type of the messages: package/msg/Name")
-    full = declare_value(node, name, spec, WAVE)
-    try:
-        return message_class(full), full == WAVE
-    except (ImportError, AttributeError, ValueError):
-        raise ParameterError(
-            f"{name} = {full!r}: must be package/msg/Name of a message package that is installed"
-        ) from None

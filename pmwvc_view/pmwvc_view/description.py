@@ -6,15 +6,13 @@ eigenvalue problem must not hold up snapshots, and still less a force loop.
 """
 
 import asyncio
-import contextlib
 import multiprocessing
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from enum import IntEnum
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s
@@ -27,8 +25,9 @@ from pmwvc_core.runtime.interrupts import held_back
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
-from pmwvc_view import controls
+from pmwvc_view import controls, protocol
 from pmwvc_view.controls import Settings
+from pmwvc_view.protocol.snapshot import Layout
 
 STATES: Mapping[str, type[IntEnum]] = {"master": SafetyState, "server": Presence, "fate": FateKind}
 
@@ -71,6 +70,26 @@ def describe(
     }
 
 
+def message(
+    about: Mapping[str, Any], layout: Layout, *, can: Collection[str], snapshot_s: float,
+    holders: Mapping[str, str | None] | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the session message of a description; ``can`` are the kinds of requests that are
+    served, ``holders`` tells who holds each user's handle.
+    """
+    held = holders or {}
+    return {
+        "kind": "session",
+        "version": protocol.VERSION,
+        **about,
+        "users": [{**user, "holder": held.get(user["name"])} for user in about["users"]],
+        "can": sorted(can),
+        "snapshot_s": snapshot_s,
+        "limits": protocol.LIMITS,
+        "layout": layout.to_page(),
+    }
+
+
 def within_workspace(
     position: tuple[float, ...] | None, scenario: Scenario, user: str
 ) -> list[float] | None:
@@ -107,18 +126,6 @@ class Predictor:
         self._busy = asyncio.Lock()
         self._newest = 0
 
-    def begin(self) -> None:
-        """Start the process, so that the first question need not wait for it."""
-        if self._pool is None:
-            # Not forked: the caller may have threads.
-            context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
-            # A Ctrl-C reaches every process of a terminal; this one is ended by close().
-            with held_back():
-                self._pool.submit(import_module, "pmwvc_analysis.prediction.text")  # starts it
-            for process in self._pool._processes or ():
-                _give_way(process)
-
     async def ask(self, scenario: Scenario, values: Settings) -> dict[str, Any] | None:
         """Return the prediction for a scenario with settings, or None where a newer question came.
 
@@ -129,11 +136,17 @@ class Predictor:
         async with self._busy:
             if number != self._newest:
                 return None
-            self.begin()
-            loop = asyncio.get_running_loop()
+            if self._pool is None:
+                # Not forked: the caller may have threads. Nor under their scheduling class.
+                context = multiprocessing.get_context("spawn")
+                lower = getattr(os, "nice", int)  # not on every system
+                self._pool = ProcessPoolExecutor(1, context, initializer=lower, initargs=(NICE,))
             question = partial(predicted, scenario, values, self._live)
+            # A Ctrl-C reaches every process of a terminal; this one is ended by close().
+            with held_back():
+                answer = asyncio.get_running_loop().run_in_executor(self._pool, question)
             try:
-                return await loop.run_in_executor(self._pool, question)
+                return await answer
             except BrokenProcessPool:
                 self._pool = None
                 return unknown("The model's process ended.")
@@ -145,18 +158,6 @@ class Predictor:
                 process.terminate()
             self._pool.shutdown(wait=False, cancel_futures=True)
             self._pool = None
-
-
-def _stand_back() -> None:
-    """Give way to loops and pages, whatever priority the parent has."""
-    with contextlib.suppress(OSError, AttributeError):  # not on every system
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    _give_way(0)
-
-
-def _give_way(process: int) -> None:
-    with contextlib.suppress(OSError, AttributeError):  # not on every system
-        os.setpriority(os.PRIO_PROCESS, process, NICE)
 
 
 def predicted(scenario: Scenario, values: Settings, live: bool) -> dict[str, Any]:

@@ -18,9 +18,8 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Validated
 from pmwvc_core.params.fields import group, parameter
 from pmwvc_core.runtime.pacing import request_priority
-from pmwvc_core.runtime.parameters import declare, declare_names
+from pmwvc_core.runtime.parameters import declare
 from pmwvc_core.runtime.process import OK, publish_health, run_node
-from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.live.graph import AboutSession, find
 from pmwvc_view.live.session import LiveSession
 from pmwvc_view.web.access import is_loopback, new_token, why_refused
@@ -31,21 +30,13 @@ PRIORITY = 2  # below loops and recorder: a hand waits for no ordinary program
 
 @dataclass(frozen=True)
 class ViewParams(Validated):
-    """The parameters of the node beside the names of the users."""
+    """The parameters of the node."""
 
     host: str = parameter(
         "127.0.0.1", "-", "address to listen on; beyond loopback others can join"
     )
     port: int = parameter(0, "0..65535", "port to listen on, 0: any free one")
-    token: str = parameter("", "-", "token of the page's address (empty: a random one)")
-    snapshot_hz: float = parameter(1.0 / SNAPSHOT_S, "1..125 Hz", "snapshots per second")
     session: AboutSession = group(AboutSession)
-
-
-def declare_settings(node: Node) -> tuple[list[str], ViewParams]:
-    """Declare the parameters; return the names of the users, and all others."""
-    users = declare_names(node, "users", [], "names of the users (empty: those of the session)")
-    return users, declare(node, "", ViewParams)
 
 
 class View:
@@ -53,22 +44,20 @@ class View:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._users, self._params = declare_settings(node)
+        self._params = declare(node, "", ViewParams)
         self._server: PageServer | None = None
         publish_health(node, self._health)
 
     def run(self, stop: threading.Event) -> None:
         """Find the session, and serve its page."""
         request_priority(PRIORITY)
-        params, snapshot_s = self._params, 1.0 / self._params.snapshot_hz
-        graph = find(self._node, self._users, stop, emulated=params.session.emulated)
+        params = self._params
+        graph = find(self._node, stop, emulated=params.session.emulated)
         if graph is None:
             return
-        session = LiveSession(self._node, graph, params.session, snapshot_s=snapshot_s)
-        host, port, token = params.host, params.port, params.token or new_token()
-        self._server = server = PageServer(
-            session, host=host, port=port, token=token, snapshot_s=snapshot_s
-        )
+        session = LiveSession(self._node, graph, params.session)
+        host, port = params.host, params.port
+        self._server = server = PageServer(session, host=host, port=port, token=new_token())
         if not is_loopback(host):
             text = f"host = {host}: whoever has the address with its token can take part"
             self._node.get_logger().warning(text)

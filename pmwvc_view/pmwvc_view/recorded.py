@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The session of a page that was recorded: played, stopped, and moved along a time line."""
+"""A recorded session for its page, which plays it by itself: all rows, packets and texts."""
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -19,52 +18,39 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_view import description
-from pmwvc_view.description import Predictor
+from pmwvc_view import controls, description
 from pmwvc_view.feed.rows import Source, UserTicks, rows_of
 from pmwvc_view.feed.tape import AVATAR, OBJECT, SIGNALS
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
-from pmwvc_view.protocol.snapshot import NO_PACKETS, Layout, Snapshot
-from pmwvc_view.session import Handled, Session
+from pmwvc_view.protocol.snapshot import NO_PACKETS, Layout
 
-SLOWEST, FASTEST = 0.01, 4.0
+CAN = frozenset({"pause", "seek", "speed"})  # which the page does itself
 
 
-class RecordedSession(Session):
-    """See :class:`.session.Session`; ``summary`` has its verdicts, as in ``summary.json``.
-    RecordingError where nothing of the scenario's users was recorded.
+class RecordedSession:
+    """The ``rows`` of a session, ``snapshot_s`` apart [s], and its ``packets`` in the order of
+    their sending; ``summary`` has its verdicts, as in ``summary.json``. RecordingError where
+    nothing of the scenario's users was recorded.
     """
-
-    can = frozenset({"ask", "pause", "seek", "speed", "seen"})
 
     def __init__(
         self, traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any], *,
-        snapshot_s: float, clock: Callable[[], float] = time.monotonic,
+        snapshot_s: float,
     ) -> None:  # fmt: skip
         names = [user.name for user in scenario.users]
         traces = replace(traces, users=[user for user in traces.users if user.name in names])
         if not traces.users:
             raise RecordingError("nothing was recorded of the users of its scenario")
-        super().__init__(Predictor(live=traces.live), mode="recorded")
         self._traces, self._scenario, self._summary = traces, scenario, summary
-        self.layout, self._duration_s = Layout(names, scenario.dof), traces.duration_s
-        self._packets = packets_of(traces, scenario)
-        self._rows = self._made_rows(snapshot_s)
+        self.layout, self._period_s = Layout(names, scenario.dof), snapshot_s
+        self.packets = packets_of(traces, scenario)
+        self.rows = self._made_rows()
         self._apart = {user.name: apart(traces, user) for user in traces.users}
         self._write_lags(live=traces.live)
-        self._clock, self._period_s = clock, snapshot_s
-        there = [  # every user's handle has a place
-            np.isfinite(self._rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
-            for user in traces.users
-        ]
-        self._start_s = float(self._rows[int(np.logical_and.reduce(there).argmax()), 1])
-        self._time_s, self._at_s = self._start_s, clock()
-        self._ratio, self._paused = 1.0, True
-        self._shown, self._seq = -1, 0  # row shown last; number of it
 
-    def _made_rows(self, period_s: float) -> Array:
+    def _made_rows(self) -> Array:
         """Return the rows of the session, the balances as the report judges them."""
-        traces, layout, packets = self._traces, self.layout, self._packets
+        traces, layout, packets, period_s = self._traces, self.layout, self.packets, self._period_s
         times = np.arange(0.0, traces.duration_s + 0.5 * period_s, period_s)
         links = [packets[packets[:, 0] == k, 2:4] for k in range(2 * len(layout.users))]
         ticks = [
@@ -115,54 +101,36 @@ class RecordedSession(Session):
         for name, value in every[0].items():
             same = [each[name] == value for each in every]
             until_s = np.inf if all(same) else parts[same.index(False)].start_s
-            known = self._rows[:, 1] < until_s
-            self._rows[known, self.layout.slices[name]] = np.nan if value is None else value
+            known = self.rows[:, 1] < until_s
+            self.rows[known, self.layout.slices[name]] = np.nan if value is None else value
         for user, away in self._apart.items():
             if away is not None:
-                at = np.searchsorted(away.time_s, self._rows[:, 1] + 1e-9) - 1
+                at = np.searchsorted(away.time_s, self.rows[:, 1] + 1e-9) - 1
                 kept = np.linalg.norm(away.kept[at], axis=-1) > LEAST_M
-                self._rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
+                self.rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
 
-    def description(self) -> dict[str, Any]:
-        """Return the session message without what the server adds."""
-        found = super().description()
-        return {**found, "events": self._summary["events"], "start_s": self._start_s}
+    def declared(self) -> dict[str, Any]:
+        """Return the session message; it begins where every user's handle has a place."""
+        there = [
+            np.isfinite(self.rows[:, self.layout.slices[f"{user.name}.x_m"]]).all(axis=-1)
+            for user in self._traces.users
+        ]
+        about = description.describe(
+            self._scenario, mode="recorded", duration_s=self._traces.duration_s,
+            values=controls.values_of(self._scenario), remote=(),
+        )  # fmt: skip
+        about["events"] = self._summary["events"]
+        about["start_s"] = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
+        return description.message(about, self.layout, can=CAN, snapshot_s=self._period_s)
 
-    def poll(self) -> Sequence[Snapshot]:
-        """Return the rows from the last call up to now; where time was moved, the one there."""
-        now_s = self._clock()
-        passed_s, self._at_s = now_s - self._at_s, now_s
-        end_s = self._traces.duration_s
-        if not self._paused:
-            self._time_s = min(self._time_s + passed_s * self._ratio, end_s)
-            self._paused = self._time_s >= end_s
-        last = min(int(self._time_s / self._period_s + 1e-9), len(self._rows) - 1)
-        first = self._shown + 1 if self._shown <= last else last
-        self._shown = last
-        return [self._snapshot(index) for index in range(first, last + 1)]
-
-    def _snapshot(self, index: int) -> Snapshot:
-        self._seq += 1
-        row = self._rows[index].copy()
-        row[0] = self._seq
-        since_s = self._rows[index - 1, 1] if index else -self._period_s
-        begin, end = np.searchsorted(self._packets[:, 2], [since_s, row[1]], side="right")
-        return Snapshot(row, self._packets[begin:end])
-
-    def whole(self) -> tuple[Array, Array, list[tuple[int, dict[str, Any]]]]:
-        """Return all rows and packets, and the texts with the rows from which they hold."""
-        texts: list[tuple[int, dict[str, Any]]] = []
-        for index in range(len(self._rows)):
+    def texts(self) -> list[tuple[int, dict[str, Any]]]:
+        """Return the texts with the rows from which they hold."""
+        found: list[tuple[int, dict[str, Any]]] = []
+        for index in range(len(self.rows)):
             text = self._text(index)
-            if not texts or text != texts[-1][1]:
-                texts.append((index, text))
-        return self._rows, self._packets, texts
-
-    def news(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return the recorded verdict with the states of now, and where time is."""
-        time_s = self._time_s if self._paused else None  # the rows tell
-        play = {"paused": self._paused, "time_s": time_s, "ratio": self._ratio}
-        return {"text": self._text(max(self._shown, 0)), "play": play}
+            if not found or text != found[-1][1]:
+                found.append((index, text))
+        return found
 
     def _text(self, index: int) -> dict[str, Any]:
         """Return the recorded verdict with the states at a row."""
@@ -178,8 +146,8 @@ class RecordedSession(Session):
         }
 
     def _state(self, user: str, index: int) -> dict[str, str]:
-        time_s = self._rows[index, 1]
-        state = float(self._rows[index, self.layout.slices[f"{user}.state"]][0])
+        time_s = self.rows[index, 1]
+        state = float(self.rows[index, self.layout.slices[f"{user}.state"]][0])
         word, reason = "no data", ""
         if np.isfinite(state):
             word = SafetyState(int(state)).name.lower()
@@ -193,26 +161,6 @@ class RecordedSession(Session):
                 note = kept_text(away.kept[at], self._scenario)
         felt = next((felt_words(e) for e in self._summary["users"] if e["name"] == user), "")
         return {"state": word, "reason": reason, "note": note, "felt": felt}
-
-    async def pause(self, paused: bool) -> Handled:
-        """Stop, or play on; from the beginning where the end was reached."""
-        if not paused and self._time_s >= self._traces.duration_s:
-            self._time_s = 0.0
-        self._paused = paused
-        return Handled(True, "paused" if paused else "playing")
-
-    def seek(self, time_s: float) -> Handled:
-        """Go to another time [s]."""
-        self._time_s = min(max(time_s, 0.0), self._traces.duration_s)
-        self._shown = int(self._time_s / self._period_s + 1e-9) - 1
-        return Handled(True, f"at {self._time_s:.3f} s")
-
-    def speed(self, ratio: float) -> Handled:
-        """Play at this ratio of the speed."""
-        if not SLOWEST <= ratio <= FASTEST:
-            return Handled(False, f"speed = {ratio:g}: must be {SLOWEST:g}..{FASTEST:g}")
-        self._ratio = ratio
-        return Handled(True, f"{ratio:g} times the speed")
 
 
 def packets_of(traces: SessionTraces, scenario: Scenario) -> Array:

@@ -38,14 +38,13 @@ def replay_page(
         session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)
     except RecordingError:
         return None
-    session.can = frozenset({"pause", "seek", "speed"})  # what the page does itself
-    rows, packets, texts = session.whole()
+    packets = session.packets
     arrived = np.isfinite(packets[:, 3])  # all that were lost are kept
     kept = ~arrived | (np.cumsum(arrived) % (len(packets) // PACKETS + 1) == 0)
     content = {
-        "declared": session.message(holders={}, snapshot_s=period_s),
-        "texts": texts,
-        "rows": _packed(rows),
+        "declared": session.declared(),
+        "texts": session.texts(),
+        "rows": _packed(session.rows),
         "packets": _packed(packets[kept]),
     }
     return _page(json.dumps(content, allow_nan=False).replace("<", "\\u003c"))

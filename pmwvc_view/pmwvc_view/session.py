@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A session as the page's server sees it: recorded, or one that goes on, live or simulated in
-real time. All of it is called from one event loop.
+"""A session as the page's server sees it: one that goes on, live or simulated in real time. All of
+it is called from one event loop.
 """
 
 import asyncio
@@ -16,7 +16,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import why_fixed
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view import controls, description, protocol
+from pmwvc_view import SNAPSHOT_S, controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
@@ -36,53 +36,39 @@ class Handled(NamedTuple):
 
 
 class Session(ABC):
-    """The interface between a page and its session.
+    """A session for pages: its feed, the verdict on it, and notices.
 
     ``can`` names the kinds of requests that it serves, each by the method of its name (``take``,
     ``let_go`` and ``seen`` are the server's own), which takes the fields of the request and gives
     an ``Handled``; that of ``set`` and ``pause`` is awaited.
     """
 
-    can: frozenset[str] = frozenset()
+    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
     layout: Layout
     _scenario: Scenario
     _duration_s: float | None = None  # None: it goes on until it is ended
 
-    def __init__(self, predictor: Predictor, *, mode: str = "") -> None:
-        self._predictor, self._mode = predictor, mode  # live, simulated or recorded
+    def __init__(self, *, live: bool) -> None:
         self.generation = 0  # counts its beginnings: another one, and all is described anew
         self.ended: str | None = None  # why it is over; None while it goes on
-        self.back = False  # whether the same address will serve again once it is over
         self.report = ""  # where its report will be, "" where there will be none
+        self._live, self._predictor = live, Predictor(live=live)
+        self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
+        self._changing = asyncio.Lock()
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
         return description.describe(
-            self._scenario, mode=self._mode, duration_s=self._duration_s, remote=self._remote(),
+            self._scenario, mode="live" if self._live else "simulated", remote=self._remote(),
+            duration_s=self._duration_s,
             values=controls.values_of(self.scenario(), self._preset_name()),
         )  # fmt: skip
 
-    def _remote(self) -> Sequence[str]:
-        """Return the users whose handle a page can take."""
-        return ()
-
-    def _preset_name(self) -> str | None:
-        """Return the network by name."""
-        return None
-
-    def message(self, *, holders: Mapping[str, str | None], snapshot_s: float) -> dict[str, Any]:
+    def message(self, holders: Mapping[str, str | None]) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
-        found = self.description()
-        return {
-            "kind": "session",
-            "version": protocol.VERSION,
-            **found,
-            "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
-            "can": sorted(self.can),
-            "snapshot_s": snapshot_s,
-            "limits": protocol.LIMITS,
-            "layout": self.layout.to_page(),
-        }
+        return description.message(
+            self.description(), self.layout, can=self.can, snapshot_s=SNAPSHOT_S, holders=holders
+        )
 
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""
@@ -93,16 +79,24 @@ class Session(ABC):
         """Return the snapshots since the last call."""
 
     @abstractmethod
-    def news(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return the messages whose content changes now and then, by kind: text, values, play."""
-
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand that a page can take its newest target [m]; None opens it."""
-        raise NotImplementedError
 
-    def expect_questions(self) -> None:
-        """Make ready for questions, which come once a page has been shown for a while."""
-        self._predictor.begin()
+    @abstractmethod
+    def _remote(self) -> Sequence[str]:
+        """Return the users whose handle a page can take."""
+
+    @abstractmethod
+    def _preset_name(self) -> str | None:
+        """Return the network by name."""
+
+    @abstractmethod
+    def _state(self) -> tuple[bool, list[str]]:
+        """Return whether time stands still, and notices as long as they hold."""
+
+    @abstractmethod
+    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
+        """Change a parameter, to what is wanted then; return why not, or ""."""
 
     async def ask(self, values: Settings) -> dict[str, Any] | None:
         """Return the exact model's prediction with these settings, as its message; None where a
@@ -114,23 +108,11 @@ class Session(ABC):
         """Let go of everything."""
         self._predictor.close()
 
-
-class RunningSession(Session):
-    """A session that goes on: its feed, the verdict on it, and notices."""
-
-    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
-
-    def __init__(self, *, live: bool, snapshot_s: float) -> None:
-        super().__init__(Predictor(live=live), mode="live" if live else "simulated")
-        self._live, self._snapshot_s = live, snapshot_s
-        self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
-        self._changing = asyncio.Lock()
-
     def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
         """Begin to show a session in which the devices of these users count their true motion."""
         self._scenario, self._exact = scenario, exact
         self.layout = Layout([user.name for user in scenario.users], scenario.dof)
-        self._feed = Feed(self.layout, scenario, period_ns=round(self._snapshot_s * NS))
+        self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS))
         self._lags = description.lags(scenario, live=self._live)
         self._judge, self._notices = Judge(self._feed.tape), Notices()
         self._text: dict[str, Any] = {}
@@ -148,14 +130,6 @@ class RunningSession(Session):
         snapshots = self._feed.rows(now_ns)
         self._notices.watch(snapshots, self.layout)
         return snapshots
-
-    @abstractmethod
-    def _state(self) -> tuple[bool, list[str]]:
-        """Return whether time stands still, and notices as long as they hold."""
-
-    @abstractmethod
-    async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
-        """Change a parameter, to what is wanted then; return why not, or ""."""
 
     async def set(self, path: str, value: Setting) -> Handled:
         """Change a parameter; one change at a time."""
@@ -197,7 +171,7 @@ class RunningSession(Session):
         return {
             "text": self._text,
             "values": {"values": known[2]},
-            "play": {"paused": paused, "time_s": None, "ratio": 1.0},
+            "play": {"paused": paused},
         }
 
 

@@ -19,14 +19,14 @@ from pmwvc_core.frame import SIGNALS, Frame, ServerRow
 from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.virtual_time import VirtualTime
-from pmwvc_view import controls, description
+from pmwvc_view import SNAPSHOT_S, controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.feed import tape
 from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import TraceBlock, TraceStep
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, RunningSession, ramped
+from pmwvc_view.session import Handled, Session, ramped
 
 LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in tape.KEPT]
@@ -113,13 +113,11 @@ class Simulation:
 LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
 
 
-class SimulatedSession(RunningSession):
+class SimulatedSession(Session):
     """See :class:`.session.Session`."""
 
-    def __init__(
-        self, scenario: Scenario, *, snapshot_s: float, clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        super().__init__(live=False, snapshot_s=snapshot_s)
+    def __init__(self, scenario: Scenario, *, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(live=False)
         self._clock, self._paused = clock, False
         self._preset: str | None = None
         self._begin(scenario)
@@ -151,7 +149,7 @@ class SimulatedSession(RunningSession):
         self._left_s += min(passed_s, LONGEST_STEP_S)
         self._lost_s += max(passed_s - LONGEST_STEP_S, 0.0)
         if self._scenario != self._wanted:  # a delay never jumps
-            self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
+            self._scenario = ramped(self._scenario, self._wanted, over_s=SNAPSHOT_S)
             self._simulation.change(self._scenario)
             if self._scenario == self._wanted:
                 self._lags = description.lags(self._scenario, live=False)

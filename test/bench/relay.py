@@ -1,38 +1,35 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The emulator under load: 4 links of 1 kHz and 200 bytes, what it loses and what it adds."""
+"""The emulator under load: 4 links of 1 kHz, what it loses and what it adds."""
 
 import time
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import UInt8MultiArray
+from rclpy.serialization import serialize_message
 from support.processes import NodeProcess, ros
 
 from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Pacer
-from pmwvc_msgs.msg import PacketFate
+from pmwvc_core.transport.packet import WavePacket
+from pmwvc_msgs.msg import PacketFate, Wave
 
-LINKS, RATE_HZ, BYTES, HEAD = 4, 1000, 200, 16  # HEAD: encapsulation and lengths of the message
+USERS, RATE_HZ = ["user1", "user2"], 1000
+TOPICS = [t for u in USERS for t in (f"/{u}/wave_up", f"/server/{u}/wave_down")]
 DELAY_S = 0.02
 QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 def bench_relay(duration_s):
     """Return sent, taken in and given out packets, and the error of the delay [ms]."""
-    names = [f"load{n}" for n in range(LINKS)]
-    parameters = {"link_names": names}
-    for name in names:
-        parameters[f"links.{name}"] = LinkParams(delay_s=DELAY_S)
-        parameters[f"links.{name}.type"] = "std_msgs/msg/UInt8MultiArray"
-        parameters[f"links.{name}.from"] = f"/{name}/in"
-        parameters[f"links.{name}.to"] = f"/{name}/out"
-    message = UInt8MultiArray(data=bytes(BYTES - HEAD))
+    links = {f"link.{way}": LinkParams(delay_s=DELAY_S) for way in ("up", "down")}
+    parameters = {"users": USERS, **links}
+    packet, types = WavePacket(1, 1, 5, 0.008, 1.0, 1.0, 1.0, 1.0), messages.live_types()
+    message = serialize_message(messages.wave(types, packet, 1))
     with ros() as peer, NodeProcess("pmwvc_netem.node", parameters) as netem:
-        publishers = [
-            peer.node.create_publisher(UInt8MultiArray, f"/{name}/in", QOS) for name in names
-        ]
+        publishers = [peer.node.create_publisher(Wave, topic, QOS) for topic in TOPICS]
         blocks = peer.collect(PacketFate, "/netem/fates", reliable=True)
         health = peer.collect(DiagnosticArray, "/diagnostics", reliable=True)
         peer.until(lambda: health and all(p.get_subscription_count() for p in publishers))
@@ -43,7 +40,7 @@ def bench_relay(duration_s):
                 publisher.publish(message)
             if not tick % 50:
                 peer.until(lambda: True)
-        sent = LINKS * int(duration_s * RATE_HZ)
+        sent = len(TOPICS) * int(duration_s * RATE_HZ)
         end_s = time.monotonic() + 2.0
         peer.until(lambda: time.monotonic() > end_s)
         netem.stop()

@@ -4,11 +4,10 @@
 
 import pytest
 from playwright.sync_api import expect
-from support.page_server import SNAPSHOT_S, TOKEN, served, serving
+from support.page_server import TOKEN, served
 from support.plain import load
 from support.simulated import judged, simulated
 
-from pmwvc_view.recorded import RecordedSession
 from pmwvc_view.replay_page import replay_page
 
 CONNECT = """(address) => new Promise((resolve) => {
@@ -118,29 +117,6 @@ def test_packet_is_drawn_as_far_on_its_way_as_its_delay_has_passed(visit):
             assert places == pytest.approx([250.0, 500.0, 750.0, -1.0])
 
 
-def test_recorded_session_is_played_and_sought(visit):
-    scenario = load("carry_16ms", duration_s=6.0)
-    traces = simulated(scenario)
-    session = RecordedSession(traces, scenario, judged(scenario), snapshot_s=SNAPSHOT_S)
-    recorded_n = abs(float(traces.users[0].f_applied[4192, 0]))  # snapshots lie 16 ms apart
-    with serving(session) as server:
-        page = visit(server.address)
-        time = page.locator("#seek-time")
-        expect(time).to_have_text("0.0 of 6.0 s")
-        page.locator("#seek").fill("4.2")
-        expect(time).to_have_text("4.2 of 6.0 s")
-        force = page.locator("[data-user=user1] .state")
-        expect(force).to_have_text(f"coupled · {recorded_n:.2f} N")
-        price = page.locator("[data-user=user1] .price")
-        expect(price).to_contain_text("ahead of its avatar")
-        page.locator("#play").click()
-        expect(time).not_to_have_text("4.2 of 6.0 s")
-        assert 4.2 < float(time.inner_text().split()[0]) <= 6.0  # on from there
-        page.locator("#setting-controller").select_option("direct")
-        expect(page.locator("#answer")).to_contain_text("not stable")
-        expect(page.locator("#apply")).to_be_hidden()  # what was recorded stays as it was
-
-
 def test_file_beside_the_report_plays_the_session_without_a_server(visit, tmp_path):
     scenario = load("carry_16ms", duration_s=6.0)
     traces = simulated(scenario)
@@ -157,7 +133,9 @@ def test_file_beside_the_report_plays_the_session_without_a_server(visit, tmp_pa
     page.locator("#seek").fill("4.2")
     expect(time).to_have_text("4.2 of 6.0 s")
     expect(page.locator("[data-user=user1] .state")).to_have_text(f"coupled · {recorded_n:.2f} N")
+    expect(page.locator("[data-user=user1] .price")).to_contain_text("ahead of its avatar")
     expect(page.locator("#verdict")).to_contain_text("The whole session: Stable")
     page.locator("#play").click()
     expect(time).not_to_have_text("4.2 of 6.0 s")
+    assert 4.2 < float(time.inner_text().split()[0]) <= 6.0  # on from there
     assert set(requests) <= {"file", "data", "blob"} and complaints == []

@@ -54,7 +54,7 @@ def node(parameters):
 
 def planned(scenario, folder):
     """Return the parameters of the nodes that the session runner would start."""
-    nodes = plan.nodes(scenario, folder=folder, paused=False)
+    nodes = plan.nodes(scenario, folder=folder)
     found = {node.file_name: dict(node.parameters) for node in nodes}
     return {kind: given | {"start.paused": None} for kind, given in found.items()}
 

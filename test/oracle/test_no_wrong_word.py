@@ -160,7 +160,7 @@ def report_of(traces, scenario, found, energies):
 def page_of(scenario):
     """Return levels and sentences of a page that shows the session, as they followed."""
     now_s = [0.0]
-    page, said = SimulatedSession(scenario, snapshot_s=SNAPSHOT_S, clock=lambda: now_s[0]), []
+    page, said = SimulatedSession(scenario, clock=lambda: now_s[0]), []
     while now_s[0] < scenario.duration_s:
         now_s[0] += SNAPSHOT_S
         page.poll()

@@ -51,7 +51,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_670, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_650, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         5_033,
         3_500,
@@ -67,7 +67,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_505,
+        3_389,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -75,11 +75,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_550, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_515, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_913, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_148, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_563, 3_000, ("pmwvc_view",)),
+    "command line": Room(3_442, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_426, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -31,7 +31,6 @@ DEVICES = {
 }
 OPTIONAL = {"numba"}  # one module needs it, which says so where it is missing
 ROSDEP_KEYS = {
-    "argcomplete": "python3-argcomplete",
     "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",
     "PIL": "python3-pil",

@@ -135,7 +135,6 @@ COMMANDS = {  # and what they say
     ("scenarios", "three_users"): "",
     ("links", "carry_16ms"): "",
     ("token", "keys", "user1", "user2"): "",
-    ("completion", "bash"): "",
     ("simulate", "wall", "--duration", "2", "--out", "one", "--check", "--no-figures"): "passed",
     ("report", "one", "--json"): '"stable": true',
     ("doctor", "one"): "complete",
@@ -173,7 +172,7 @@ def test_doctor_finds_nothing_wrong_in_a_sound_environment_of_pip(fresh, system,
     assert "live sessions need" in said
 
 
-@pytest.mark.parametrize("words", [("run", "wall"), ("node", "master", "--help"), ("view",)])
+@pytest.mark.parametrize("words", [("run", "wall"), ("node", "master", "--help")])
 def test_a_command_that_needs_ros_says_so_in_one_sentence(fresh, words):
     told = run(fresh / "env/bin/pmwvc", *words, cwd=fresh, code=2)
     assert told.count("\n") == 1

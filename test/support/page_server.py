@@ -31,7 +31,7 @@ class WatchedSession(SimulatedSession):
     """A simulated session that keeps its snapshots."""
 
     def __init__(self, scenario: Any) -> None:
-        super().__init__(scenario, snapshot_s=SNAPSHOT_S)
+        super().__init__(scenario)
         self.shown: list[Snapshot] = []
         self.news_came = threading.Event()
 

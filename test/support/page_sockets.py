@@ -27,14 +27,13 @@ class HandmadeSession(Session):
     can = frozenset({"take", "let_go", "target", "pause", "seen"})
 
     def __init__(self, users=("user1", "user2")) -> None:
-        super().__init__(predictor=contextlib.nullcontext())
+        super().__init__(live=False)
         self.layout = Layout(users, 1)
         self.names = users
         self.polls = 0
         self.peaks: dict[int, float] = {}  # poll -> f_max of user1
         self.targets: queue.Queue = queue.Queue()
         self._news = threading.Condition()
-        self.expected = 0  # times that questions were expected
         self.busy: threading.Semaphore | None = None  # each poll is told with targets, and waits
 
     def description(self):
@@ -65,8 +64,7 @@ class HandmadeSession(Session):
     async def pause(self, paused):
         return Handled(True, "paused")
 
-    def expect_questions(self):
-        self.expected += 1
+    _remote = _preset_name = _state = _change = None
 
     def close(self):
         pass
@@ -126,7 +124,7 @@ class Served:
     ) -> None:
         self.session = session
         self._stop, self._ready = threading.Event(), threading.Event()
-        self.server = PageServer(session, host=host, port=0, token=TOKEN, snapshot_s=snapshot_s)
+        self.server = PageServer(session, host=host, port=0, token=TOKEN, poll_s=snapshot_s)
         self._thread = threading.Thread(target=self.server.run, args=(self._stop, self._ready.set))
         self._thread.start()
         assert self._ready.wait(PATIENCE_S)

@@ -21,7 +21,7 @@ def written(found, folder):
     """Write messages into a new session folder, in their order."""
     with SessionWriter(folder) as writer:
         for message in found:
-            if message.topic not in writer.counter.messages:
+            if message.topic not in writer.messages:
                 writer.add_topic(Topic(message.topic, message.type_name, depth=10))
             writer.write(message.topic, message.data, log_ns=message.log_ns)
     return folder

@@ -9,13 +9,11 @@ import h5py
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from support import handmade
 from support import plain as scenarios
 from support.simulated import simulated
 
 from pmwvc_analysis.export import KINDS, declared, export, tables
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.replay.times import times_of, unknown_looks
 from pmwvc_bringup.cli import main
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
@@ -46,23 +44,6 @@ def test_every_signal_of_the_traces_has_a_column():
     owners |= kept_otherwise
     for kind in (UserTraces, ServerTraces, PacketTraces, FateTraces):
         assert {field.name for field in fields(kind)} <= {*declared(kind), *owners}
-
-
-def test_when_packets_were_taken_in_is_not_a_number_where_that_was_not_recorded():
-    traces = handmade.session()
-    traces.users[0].lateness_s[:] = 3e-4
-    traces.users[0].looked_ns = np.zeros(0, dtype=np.int64)
-    found = {table.name: table.columns["looked_ns"] for table in tables(traces)[:1]}
-    assert np.isnan(found["user1"]).all()
-    assert len(found["user1"]) == len(traces.users[0].time_s)
-    (note,) = unknown_looks(traces)
-    assert note.startswith("when user1 took packets in was not recorded")
-    assert (
-        times_of(traces.users[0], traces.users[0].tick_s).looked_ns % 1_000_000 == 300_000
-    ).all()
-    traces.users[0].looked_ns = np.full(len(traces.users[0].time_s), 5)
-    assert not unknown_looks(traces)
-    assert (tables(traces)[0].columns["looked_ns"] == 5).all()
 
 
 def test_csv_holds_the_numbers_by_axis_and_their_units(tmp_path, scenario, traces):

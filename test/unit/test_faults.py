@@ -61,7 +61,7 @@ def test_what_is_done_to_a_user_leaves_the_prediction_as_it_is():
 
 def test_nodes_are_killed_stopped_continued_and_started_when_it_is_time(tmp_path, monkeypatch):
     monkeypatch.setattr(plan.NodePlan, "command", lambda self, file: SLEEPER)
-    nodes = plan.nodes(scenarios.load("carry_16ms"), folder=tmp_path, paused=True)
+    nodes = plan.nodes(scenarios.load("carry_16ms"), folder=tmp_path)
     children, events = Children(), []
     chosen = [node for node in nodes if node.kind in ("server", "master")]
     try:

@@ -87,18 +87,11 @@ def fates(types):
     return messages.packet_fates(types, **head, **arrays)
 
 
-def health(types):
-    values = {"ticks": 3, "state": "coupled"}
-    about = {"name": "/user1/master", "level": 1, "message": "late", "values": values}
-    return messages.diagnostic(types, stamp_ns=STAMP_NS, **about)
-
-
 BUILDERS = {
     "pmwvc_msgs/msg/Wave": lambda types: messages.wave(types, a_packet(), STAMP_NS),
     "pmwvc_msgs/msg/MasterTrace": lambda types: master(types, a_block()),
     "pmwvc_msgs/msg/ServerTrace": server,
     "pmwvc_msgs/msg/PacketFate": fates,
-    "diagnostic_msgs/msg/DiagnosticArray": health,
 }
 
 

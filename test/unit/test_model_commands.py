@@ -52,6 +52,9 @@ def test_the_z_width_is_exact_where_the_scenario_is_linear_and_simulated_where_n
     assert bisected["unstable_from"] - bisected["stable_up_to"] == pytest.approx(4000.0 / 8**4)
 
 
+DELAYS = "link.delay_s=0:0.01:2"
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -69,10 +72,10 @@ def test_the_z_width_is_exact_where_the_scenario_is_linear_and_simulated_where_n
             "--x: device.mas: there is no such parameter; did you mean",
         ),
         (("map", "wall", "--x", "device.mass=2:1:3", "--y", "link.delay_s"), "FIRST:LAST:COUNT"),
-        (("map", "wall", "--x", "link.delay_s", "--y", "link.delay_s"), "two different"),
-        (("map", "wall", "--x", "server.coupling", "--y", "link.delay_s"), "give its range"),
+        (("map", "wall", "--x", DELAYS, "--y", DELAYS), "two different"),
+        (("map", "wall", "--x", "server.coupling", "--y", "link.delay_s"), "FIRST:LAST:COUNT"),
         (
-            ("map", "wall", "--x", "device.mass", "--y", "link.delay_s", "--sessions", "nowhere"),
+            ("map", "wall", "--x", "device.mass=1:2:2", "--y", DELAYS, "--sessions", "nowhere"),
             "no session",
         ),
     ],

@@ -32,7 +32,7 @@ class Running:
     def __init__(self, scenario=LIVE):
         self.now_s = 0.0
         clock = lambda: self.now_s  # noqa: E731
-        self.session = SimulatedSession(scenario, snapshot_s=PERIOD_S, clock=clock)
+        self.session = SimulatedSession(scenario, clock=clock)
 
     def polls(self, count, targets=()):
         """Poll so many times, hands held; return the rows."""

@@ -215,8 +215,8 @@ def test_page_of_eight_users_on_three_axes_knows_all_of_them():
 
 def test_recorded_rows_are_those_of_the_live_page(carried):
     scenario, traces, (layout, _, rows) = carried
-    whole = RecordedSession(traces, scenario, judged(scenario), snapshot_s=PERIOD_S).whole()
-    again, recorded, _ = whole
+    whole = RecordedSession(traces, scenario, judged(scenario), snapshot_s=PERIOD_S)
+    again, recorded = whole.rows, whole.packets
     for name in ("user1.x_m", "user2.f_applied", "user1.f_max", "user2.x_s", "object.x_o"):
         at = layout.slices[name]
         for row in (each.row for each in rows[1:]):

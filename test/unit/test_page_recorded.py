@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded session on the page: played, stopped, moved along its time line."""
+"""A recorded session on its page: rows, packets and texts, and the file that plays them."""
 
-import asyncio
 import base64
 import copy
 import dataclasses
@@ -25,59 +24,31 @@ PERIOD_S = 0.016
 SCENARIO = replace(load("carry_16ms"), duration_s=6.0)
 
 
-class Player:
-    """A recorded session under a clock of the test's own."""
+class Recorded:
+    """A recorded session, looked at by times."""
 
     def __init__(self, traces=None, summary=None, scenario=SCENARIO):
-        self.now_s = 0.0
-        self.session = RecordedSession(
-            traces or simulated(SCENARIO),
-            scenario,
-            summary or judged(SCENARIO),
-            snapshot_s=PERIOD_S,
-            clock=lambda: self.now_s,
-        )
+        given = traces or simulated(SCENARIO), scenario, summary or judged(SCENARIO)
+        self.session = RecordedSession(*given, snapshot_s=PERIOD_S)
 
-    def after(self, seconds):
-        """Let time pass; return the rows of it."""
-        self.now_s += seconds
-        return np.array([each.row for each in self.session.poll()])
+    def row(self, time_s):
+        """Return the row at a time."""
+        return self.session.rows[int(time_s / PERIOD_S + 1e-9)]
+
+    def text(self, time_s):
+        """Return the text that holds at a time."""
+        index = int(time_s / PERIOD_S + 1e-9)
+        return [text for begin, text in self.session.texts() if begin <= index][-1]
 
 
-def test_session_waits_at_its_beginning_and_plays_every_row_once():
-    player = Player()
-    assert len(player.after(0.0)) == 1 and len(player.after(5.0)) == 0
-    assert asyncio.run(player.session.pause(False)).done
-    rows = np.concatenate([rows for _ in range(70) if len(rows := player.after(0.1))])
-    np.testing.assert_allclose(rows[:, 1], PERIOD_S * np.arange(1, len(rows) + 1), atol=1e-9)
-    assert rows[-1, 1] == pytest.approx(6.0, abs=PERIOD_S)
-    assert player.session.news()["play"]["paused"]
-
-
-def test_time_line_is_moved_while_playing_and_while_paused():
-    player = Player()
-    player.after(0.0)
-    for seconds, wanted in ((3.0, 3.0), (1.0, 1.0), (99.0, 6.0), (-1.0, 0.0)):
-        assert player.session.seek(seconds).done
-        rows = player.after(0.5)
-        assert len(rows) == 1 and rows[0, 1] == pytest.approx(wanted, abs=PERIOD_S)
-    asyncio.run(player.session.pause(False))
-    player.session.speed(0.1)
-    assert player.after(1.0)[-1, 1] == pytest.approx(0.1, abs=PERIOD_S)
-    assert not player.session.speed(100.0).done
-
-
-def test_packets_are_played_with_the_rows_in_which_they_were_sent():
-    player = Player()
-    asyncio.run(player.session.pause(False))
-    player.now_s = 2.0
-    snapshots = player.session.poll()
-    sent = np.concatenate([each.packets for each in snapshots])
+def test_rows_are_all_of_the_session_and_packets_in_the_order_of_their_sending():
+    session = Recorded().session
+    times = session.rows[:, 1]
+    np.testing.assert_allclose(times, PERIOD_S * np.arange(len(times)), atol=1e-9)
+    assert times[-1] == pytest.approx(6.0, abs=PERIOD_S)
     fates = simulated(SCENARIO).fates
-    until_ns = snapshots[-1].row[1] * 1e9 + 1.0
-    assert len(sent) == sum(int((each.time_in_ns <= until_ns).sum()) for each in fates.values())
-    for row, packets in ((each.row, each.packets) for each in snapshots):
-        assert (packets[:, 2] <= row[1] + 1e-9).all()
+    assert len(session.packets) == sum(len(each.number) for each in fates.values())
+    assert (np.diff(session.packets[:, 2]) >= 0.0).all()
 
 
 def test_user_that_keeps_its_distance_after_rejoining_is_noted_as_in_the_report():
@@ -85,21 +56,18 @@ def test_user_that_keeps_its_distance_after_rejoining_is_noted_as_in_the_report(
     server, packets = traces.server, traces.packets["/server/user1/wave_up"]
     packets.epoch[packets.time_s > 3.0] += 5
     server.x_s[0][server.time_s > 3.0] += 0.05
-    player = Player(traces)
+    recorded = Recorded(traces)
     notes = {}
     for time_s in (0.0, 2.9, 3.1, 6.0):
-        player.session.seek(time_s)
-        row = player.after(0.0)[-1]
-        lag = row[player.session.layout.slices["user1.lag"]]
+        lag = recorded.row(time_s)[recorded.session.layout.slices["user1.lag"]]
         assert np.isnan(lag).all() == (time_s > 3.0)  # no F tau/(2b) is offered then
-        users = player.session.news()["text"]["users"]
+        users = recorded.text(time_s)["users"]
         notes[time_s] = users["user1"]["note"]
         assert users["user2"]["note"] == ""
         assert users["user2"]["felt"].startswith("buzz ")
     assert notes[0.0] == notes[2.9] == ""
     assert notes[3.1].startswith("avatar 50.0 mm from the device since joining: it joined with")
     assert notes[6.0] == summary(traces, SCENARIO)["users"][0]["kept_apart"]
-    assert any(notes[6.0] in json.dumps(text) for _, text in player.session.whole()[2])
 
 
 def test_user_of_whom_nothing_was_recorded_for_a_while_is_not_shown_there():
@@ -114,23 +82,22 @@ def test_user_of_whom_nothing_was_recorded_for_a_while_is_not_shown_there():
         if kept is not None:
             setattr(user, field.name, kept)
     user.reason, user.energy = user.reason[: blocks.sum()], {}
-    player = Player(traces)
+    recorded = Recorded(traces)
     for time_s, shown in ((2.9, True), (3.4, True), (3.6, False), (6.0, False)):
-        player.session.seek(time_s)
-        row = player.after(0.0)[-1]
-        assert np.isfinite(row[player.session.layout.slices["user1.x_m"]]).all() == shown
-        state = player.session.news()["text"]["users"]["user1"]["state"]
+        place = recorded.row(time_s)[recorded.session.layout.slices["user1.x_m"]]
+        assert np.isfinite(place).all() == shown
+        state = recorded.text(time_s)["users"]["user1"]["state"]
         assert (state == "coupled") == shown
 
 
 def test_verdict_is_that_of_the_report():
     summary = judged(SCENARIO)
-    text = Player(summary=summary).session.news()["text"]
+    text = Recorded(summary=summary).text(0.0)
     assert text["level"] == "good"
     assert text["verdict"].endswith(summary["verdict"][0]["text"])
     for ok, level in ((False, "bad"), (None, "unknown")):
         summary["verdict"][2] |= {"ok": ok, "text": "user2: something"}
-        text = Player(summary=summary).session.news()["text"]
+        text = Recorded(summary=summary).text(0.0)
         assert text["level"] == level and text["verdict"].endswith("user2: something")
         others = [
             line["text"] for line in summary["verdict"] if line["text"] != "user2: something"
@@ -140,11 +107,10 @@ def test_verdict_is_that_of_the_report():
 
 def test_recorded_targets_are_shown_while_they_held():
     targets = HandTargets(np.array([1.0, 2.0]), np.array([[0.01, 0, 0], [np.nan] * 3]))
-    player = Player(replace(simulated(SCENARIO), targets={"user1": targets}))
-    at = player.session.layout.slices
+    recorded = Recorded(replace(simulated(SCENARIO), targets={"user1": targets}))
+    at = recorded.session.layout.slices
     for seconds, held, place in ((0.5, np.nan, np.nan), (1.5, 1.0, 0.01), (2.5, 0.0, np.nan)):
-        player.session.seek(seconds)
-        row = player.after(0.0)[-1]
+        row = recorded.row(seconds)
         np.testing.assert_equal(row[at["user1.held"]], [held])
         np.testing.assert_equal(row[at["user1.target"]], [place])
 
@@ -153,8 +119,8 @@ def test_lag_is_told_until_it_changes_and_only_that_users():
     changed = replace(SCENARIO, changes="3 user1.link.delay_s=0.03; 4 link.loss=0.1")
     at, rows = {}, {}
     for name, scenario in (("still", SCENARIO), ("changed", changed)):
-        player = Player(scenario=scenario)
-        at, rows[name] = player.session.layout.slices, player.session._rows
+        session = Recorded(scenario=scenario).session
+        at, rows[name] = session.layout.slices, session.rows
     still, later = rows["still"][:, at["user1.lag"]], rows["changed"][:, at["user1.lag"]]
     begun = rows["still"][:, 1] < 3.0
     assert np.isfinite(still).all() and (later[begun] == still[begun]).all()
@@ -164,7 +130,7 @@ def test_lag_is_told_until_it_changes_and_only_that_users():
 
 def test_recording_of_other_users_is_refused():
     with pytest.raises(RecordingError, match="nothing was recorded of the users"):
-        Player(replace(simulated(SCENARIO), users=[]))
+        Recorded(replace(simulated(SCENARIO), users=[]))
 
 
 @pytest.mark.parametrize("rows", [4000, 50])
@@ -175,13 +141,14 @@ def test_page_in_a_file_holds_the_session_and_loads_nothing(monkeypatch, rows):
     text = replay_page.replay_page(simulated(lossy), lossy, judged(lossy))
     assert not re.search(r"(src|href)=.(?!data:)|https?://(?!www.w3.org)", text)
     found = json.loads(re.search(r'id="recording">(.*?)</script>', text)[1])
+    assert found["declared"]["can"] == ["pause", "seek", "speed"]
     layout = found["declared"]["layout"]
     width = sum(count for _, count, _ in layout["columns"])
     played = np.frombuffer(base64.b64decode(found["rows"]), "<f4").reshape(-1, width)
     assert len(played) <= rows + 1
     assert played[-1, 1] == pytest.approx(6.0, abs=2.0 * found["declared"]["snapshot_s"])
     packets = np.frombuffer(base64.b64decode(found["packets"]), "<f4").reshape(-1, 5)
-    every = Player(simulated(lossy), judged(lossy), lossy).session._packets
+    every = Recorded(simulated(lossy), judged(lossy), lossy).session.packets
     assert np.isnan(packets[:, 3]).sum() == np.isnan(every[:, 3]).sum() > 50  # the lost ones
     assert (len(packets) == len(every)) == (rows == 4000)
 

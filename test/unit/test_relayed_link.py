@@ -27,7 +27,7 @@ def serialized(epoch, seq):
 class Bench:
     """A relayed with its ends in memory and a clock that is set by hand."""
 
-    def __init__(self, params, *, is_wave=True, seed=1):
+    def __init__(self, params, *, seed=1):
         self.now_ns = 0
         self.before = []
         self.after = []
@@ -37,7 +37,6 @@ class Bench:
             take=lambda: self.before.pop(0) if self.before else None,
             give=lambda message: self.after.append((self.now_ns, message)),
             clock=lambda: self.now_ns,
-            is_wave=is_wave,
         )
 
     def at(self, now_ns, *arriving):
@@ -95,16 +94,6 @@ def test_what_is_no_message_is_written_down_and_the_rest_goes_on():
     assert bench.relayed.invalid == 1
     assert bench.relayed.link.counters.in_count == 2  # it draws no random numbers
     assert len(bench.after) == 2
-
-
-def test_other_messages_are_counted_by_the_relay():
-    bench = Bench(LinkParams(), is_wave=False)
-    bench.at(MS, b"\x00\x01\x00\x00", b"\x00\x01\x00\x00abcd", b"")
-    block = bench.relayed.fates.take()
-    delivered = block["fate"] == FateKind.DELIVERED
-    assert list(block["seq"][delivered]) == [1, 2]
-    assert list(block["epoch"]) == [0, 0, 0]
-    assert bench.relayed.invalid == 1
 
 
 def test_what_is_under_way_at_the_end_is_written_down_as_never_out():

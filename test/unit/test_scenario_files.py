@@ -136,6 +136,27 @@ def test_a_network_by_name_holds_where_it_is_set_and_settings_beside_it_win(writ
     assert user.link_up == PRESETS["lan"].up  # the command line replaces the file's
 
 
+def masters_of(*settings):
+    texts = ["channel=strict", *settings]
+    masters = [user.master for user in scenarios.load("carry_0ms", settings_texts=texts).users]
+    return [
+        (each.impedance, each.contact_impedance, each.position.adapts, each.position.storage_j)
+        for each in masters
+    ]
+
+
+def test_impedances_by_name_hold_for_all_or_one_and_settings_beside_them_win():
+    light, even = (8.0, 12.0, True, 0.005), (25.0, None, False, 0.0)
+    assert masters_of("master.preset=light") == [light] * 2
+    assert masters_of("user2.master.preset=light") == [even, light]
+    assert masters_of("master.impedance=10", "master.preset=light")[0] == (10.0, *light[1:])
+    assert masters_of() == masters_of("master.preset=even") == [even] * 2
+    refusal = refused("carry_0ms", settings_texts=["master.preset=firm", "channel=plain"])
+    assert "user1.master.contact_impedance = 25: needs channel = strict" in refusal
+    (refusal,) = refused("carry_0ms", settings_texts=["master.preset=lite"])
+    assert refusal.endswith("must be one of even, light, firm; did you mean light?")
+
+
 def test_mistakes_of_file_and_options_are_reported_together(written):
     path = written(MINIMAL + "mastre: {impedance: 10}\ndof: 9\n")
     found = refused(path, settings_texts=["link.delay_s=-1", "loss", "x=[1"], users=12)

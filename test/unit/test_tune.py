@@ -15,7 +15,7 @@ from pmwvc_analysis.models import linearize, stability
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_analysis.tune import search
 from pmwvc_analysis.tune.criteria import Choice, cost_of, judged, rated
-from pmwvc_analysis.tune.search import best_impedance, bounds_of
+from pmwvc_analysis.tune.search import best_impedance, bounds_of, two_impedances
 from pmwvc_analysis.tune.words import answer, sentences
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
@@ -126,19 +126,44 @@ def test_the_settings_printed_give_the_choice():
     assert found["not_linear"] == []
 
 
-def test_on_the_strict_channel_the_impedance_alone_is_chosen():
+def test_on_the_strict_channel_impedances_alone_are_chosen():
     scenario = wall(channel="strict", master__hold="zoh")
     found = propose(scenario)
-    assert set(found.others) <= {"as given", "stiffer", "lighter"}
+    assert set(found.others) <= {"as given", "stiffer", "lighter", "one b"}
     settings_of = found.best.choice.settings(scenario)
-    assert list(settings_of) == ["master.impedance"]
+    assert list(settings_of) == ["master.impedance", "master.contact_impedance"]
     chosen = found.best.choice.applied(scenario).users[0].master
     assert (chosen.filter, chosen.hold) == (scenario.users[0].master.filter, "zoh")
     assert found.best.simulated == "stable" and found.best.aliasing_gain is None
     lines = sentences(scenario, found)
-    assert any("the impedance alone is chosen" in line for line in lines)
-    assert lines[-1] == f"use it with: --set master.impedance={settings_of['master.impedance']}"
+    assert any("impedances alone are chosen" in line for line in lines)
+    texts = [f"--set {name}={value}" for name, value in settings_of.items()]
+    assert lines[-1] == f"use it with: {' '.join(texts)}"
     json.dumps(answer(scenario, found), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("name", "delay_s", "stiffness"),
+    [("wall", 0.002, 200.0), ("wall", 0.016, 2000.0), ("carry_16ms", 0.03, 500.0)],
+)
+def test_two_impedances_press_stiffer_and_move_lighter_than_one(name, delay_s, stiffness):
+    """Stiffness and mass by their closed forms, 1/(1/K + tau/2b) and m + b tau/2; the mass of the
+    link is at most just noticed beside device and arm.
+    """
+    texts = [f"link.delay_s={delay_s}", f"server.contact_stiffness={stiffness}", "channel=strict"]
+    scenario = short(name, *texts)
+    user, bounds = scenario.users[0], bounds_of(scenario)
+    same = best_impedance(scenario, user.master.filter, "foh", bounds, live=False)
+    both = two_impedances(scenario, same, bounds, live=False)
+    one, two = (rated(scenario, choice, live=False) for choice in (same, both))
+    b, touching = two.choice.impedance, two.choice.contact
+    assert b <= one.choice.impedance <= touching
+    assert two.cost <= one.cost + 1e-9 and two.mass_felt <= one.mass_felt + 1e-9
+    felt = 1.0 / (1.0 / stiffness + two.lag_s / (2.0 * touching))
+    assert two.k_felt == pytest.approx(felt, rel=1e-3)
+    link_kg = two.mass_felt - user.device.mass
+    assert link_kg == pytest.approx(b * two.lag_s / 2.0, rel=0.05)
+    assert link_kg <= 0.25 * (user.device.mass + user.operator.mass)
 
 
 def test_a_number_is_proposed_for_a_matrix_which_is_rated_as_given():

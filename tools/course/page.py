@@ -51,7 +51,7 @@ def watch(watched: Watched) -> tuple[Numbers, list[str]]:
     The session is the one that ``pmwvc view`` serves, with a clock that is advanced by hand.
     """
     now = [0.0]
-    session = SimulatedSession(watched.run.load(), snapshot_s=SNAPSHOT_S, clock=lambda: now[0])
+    session = SimulatedSession(watched.run.load(), clock=lambda: now[0])
     numbers, levels = _watched("before", session, now, watched.run.duration_s)
     if watched.settings:
         values = dict(watched.settings)

@@ -3,8 +3,7 @@
 """The arrays of :mod:`pmwvc_core.traces`, made from decoded messages and their times [ns].
 
 A publisher that was started again begins new running sums; they are continued here, so that
-energies are sums over the session. Rows are in the order of time. What an older recording does not
-say is empty.
+energies are sums over the session. Rows are in the order of time.
 """
 
 from collections.abc import Sequence
@@ -39,8 +38,7 @@ def column(messages: Sequence[object], field: str, kind: type = float) -> NDArra
 
 def _joined(messages: Sequence[object], field: str, kind: type = np.int64) -> NDArray[Any]:
     """Return the values of a field one behind the other."""
-    known = messages if all(hasattr(message, field) for message in messages) else ()
-    parts = (np.atleast_1d(getattr(message, field)) for message in known)
+    parts = (np.atleast_1d(getattr(message, field)) for message in messages)
     return np.concatenate([np.zeros(0, dtype=kind), *parts], dtype=kind)
 
 
@@ -52,9 +50,9 @@ def _restarts(messages: Sequence[Trace]) -> Integers:
 
 def user_traces(
     name: str, messages: Sequence[MasterTrace], starts: Integers, *, zero_ns: int
-) -> tuple[UserTraces, TakenTraces | None]:
+) -> tuple[UserTraces, TakenTraces]:
     """Return the force loop of one user from its MasterTrace blocks, and which packets it was
-    given (None: not recorded).
+    given.
     """
     order = np.argsort(starts, kind="stable")
     blocks = [messages[i] for i in order]
@@ -91,8 +89,6 @@ def user_traces(
             for field, trace in TRACES.items()
         },
     )
-    if not all(hasattr(block, "taken_seq") for block in blocks):
-        return traces, None
     rows = np.repeat(first, [len(block.taken_seq) for block in blocks])
     rows += _joined(blocks, "taken_tick")
     return traces, TakenTraces(rows, _joined(blocks, "taken_seq"), _joined(blocks, "taken_epoch"))
@@ -165,8 +161,6 @@ def server_traces(
 
 
 def _taken_by_server(steps: Sequence[ServerTrace], users: Sequence[str]) -> dict[str, TakenTraces]:
-    if not all(hasattr(step, "taken_seq") for step in steps):
-        return {}
     rows = np.repeat(np.arange(len(steps)), [len(step.taken_seq) for step in steps])
     names = np.array([step.users[user] for step in steps for user in step.taken_user], dtype=str)
     columns = rows, _joined(steps, "taken_seq"), _joined(steps, "taken_epoch")

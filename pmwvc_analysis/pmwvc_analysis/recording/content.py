@@ -26,7 +26,7 @@ from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.own import Decoded, Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
-from pmwvc_analysis.recording.sequence import GapCounter, peek
+from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.packet import intact
@@ -132,14 +132,12 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
     content.counter.topic(raw.topic)
     if raw.type_name == schemas.WAVE and not intact(raw.data):
         return None  # corrupted by a link: nothing in it is believed; the fates tell of it
-    if (number := peek(raw.type_name, raw.data)) is None:
-        return "too short"
     try:
         message = decode(raw.data, raw.type_name)
     except Exception as error:  # a message that is no message: counted, reported, passed over
         return str(error) or type(error).__name__
     series = content.topics.setdefault(raw.topic, Series(raw.type_name, []))
-    series.rows.append(Decoded(raw.log_ns, message, number))
+    series.rows.append(Decoded(raw.log_ns, message, numbered(raw.type_name, message)))
     return None
 
 

@@ -16,17 +16,18 @@ out when
 What is left out changes no verdict. It is an event of kind ``stranger``.
 """
 
-import bisect
 import itertools
 from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from pmwvc_analysis.recording import clocks, schemas
 from pmwvc_analysis.recording.sequence import Numbered
-from pmwvc_core.numeric import Integers
+from pmwvc_core.numeric import Flags
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.words import count
 
@@ -160,30 +161,15 @@ def _continuing(series: Series) -> list[bool]:
         rows = max(np.split(rows, cuts), key=len)
         if kind in TRACES:
             starts = clocks.monotonic_times([rows_of_topic[row].message for row in rows])
-            increasing = _increasing(starts)
-            rows, starts = rows[increasing], starts[increasing]
-            if len(rows) > 1:  # as late as a neighbour, or recorded between both (it stood still)
-                near = np.abs(np.diff((logs[rows] - starts).astype(float))) < CLOCK_NS
-                after = np.diff(logs[rows]) >= 0
-                between = np.array([False, *(after[1:] & after[:-1]), False])
-                rows = rows[np.append(near, False) | np.append(False, near) | between]
+            late = (logs[rows] - starts).astype(float)  # less so than its neighbours, or more
+            after = np.diff(logs[rows], prepend=logs[rows[:1]], append=logs[rows[-1:]]) >= 0
+            between = after[1:] & after[:-1]  # recorded between both: it stood still
+            rows = rows[_as_neighbours(starts) & (_as_neighbours(late) | between)]
         kept[rows] = True
     return kept.tolist()
 
 
-def _increasing(values: Integers) -> Integers:
-    """Return the indices of a longest strictly increasing subsequence."""
-    if len(values) < 2 or (np.diff(values) > 0).all():
-        return np.arange(len(values))
-    ends: list[int] = []  # ends[n]: least last value of a subsequence of n + 1 values
-    lengths = []  # of the longest subsequence that ends with a value, less one
-    for value in values.tolist():
-        length = bisect.bisect_left(ends, value)
-        ends[length : length + 1] = [value]
-        lengths.append(length)
-    chain: list[int] = []
-    for index in reversed(range(len(values))):
-        wanted = len(ends) - 1 - len(chain)
-        if lengths[index] == wanted and (not chain or values[index] < values[chain[-1]]):
-            chain.append(index)
-    return np.array(chain[::-1])
+def _as_neighbours(times_ns: NDArray[Any]) -> Flags:
+    """Tell which times differ from the median of five around them by less than ``CLOCK_NS``."""
+    times = times_ns.astype(float)
+    return np.asarray(np.abs(times - median_filter(times, 5, mode="reflect")) < CLOCK_NS)

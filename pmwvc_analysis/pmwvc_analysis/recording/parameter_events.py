@@ -148,8 +148,6 @@ def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:
 
 def _text(name: str, before: Any, value: Any) -> str:
     path = split_user(name)[1]
-    if path.startswith("links."):  # of a link that is no user's
-        path = f"link.up.{path.rpartition('.')[2]}"
     unit = PARAMETERS[path].spec.unit if path in PARAMETERS else "-"
     unit = f" {unit}" if unit != "-" else ""
     new, old = (f"{v:g}" if isinstance(v, float) else str(v) for v in (value, before))

@@ -75,7 +75,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     for name, blocks in masters.items():
         user, own = assemble.user_traces(name, blocks, times[name], zero_ns=zero_ns)
         traces.users.append(user)
-        traces.taken |= {} if own is None else {f"{name}/down": own}
+        traces.taken[f"{name}/down"] = own
         ends.append(float(user.time_s[-1]) + user.tick_s)
     traces.duration_s = max(ends, default=traces.duration_s)
     traces.counts, lost = links.topic_counts(content.counter, fates, traces.packets)

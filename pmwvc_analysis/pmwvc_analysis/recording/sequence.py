@@ -8,23 +8,13 @@ that did, is missing; the first one of a publisher started while recording is 1,
 before it counts too.
 """
 
-import bisect
-import struct
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 from pmwvc_analysis.recording import schemas
 
-MOST_RANGES = 256  # of one publisher: hours of losses take no memory
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
-_EPOCH_NUMBER = {  # behind the stamp, and the clock where a type has one
-    schemas.WAVE: struct.Struct("<16xQI"),
-    schemas.MASTER_TRACE: struct.Struct("<16xQI"),
-    schemas.SERVER_TRACE: struct.Struct("<16xQQ"),
-    schemas.RECEPTION: struct.Struct("<8xQI"),
-}
-_LENGTH = struct.Struct("<8xI")  # of the link's name, behind the stamp
-_FATES = struct.Struct("<QI")  # behind the name: number of the first one and how many
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,63 +26,34 @@ class Numbered:
     count: int = 1
 
 
-def peek(type_name: str, data: bytes) -> Numbered | None:
-    """Return the numbers of a serialized message, or None: another type, or not a whole message.
-
-    Offsets follow from the field order in the ``.msg`` files: the numbers come right after the
-    stamps. The recorder has no time to decode messages.
-    """
-    body = data[4:]  # behind the encapsulation
-    try:
-        if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
-            epoch, number = layout.unpack_from(body)
-            return Numbered(f"{epoch:016x}", number)
-        if type_name != schemas.PACKET_FATE:
-            return None
-        (length,) = _LENGTH.unpack_from(body)
-        end = _LENGTH.size + length
-        link = body[_LENGTH.size : max(end - 1, _LENGTH.size)].decode("utf-8", "replace")
-        return Numbered(link, *_FATES.unpack_from(body, end + -end % 8))
-    except struct.error:
-        return None
+def numbered(type_name: str, message: Any) -> Numbered:
+    """Return the numbers of a message of a session."""
+    if type_name == schemas.PACKET_FATE:
+        return Numbered(str(message.link), int(message.first), len(message.seq))
+    number = message.step if type_name == schemas.SERVER_TRACE else message.seq
+    return Numbered(f"{int(message.epoch):016x}", int(number))
 
 
 @dataclass
 class StreamCount:
-    """The numbers seen of one publisher on one topic, as merged ranges ``[first, after)``.
+    """The numbers of one publisher on one topic: how many were ``seen``, and the ``newest``.
 
-    Of many ranges the oldest are joined; what is missing between them stays counted.
+    One that comes again counts again: only an emulated link delivers a packet twice, and behind
+    one its fates tell what is missing.
     """
 
-    ranges: list[list[int]] = field(default_factory=list)
-    settled: int = 0  # missing numbers in the first range
+    seen: int = 0
+    newest: int = 0
 
     def add(self, first: int, count: int) -> None:
-        """Add consecutive numbers; in order is the fast case."""
-        after = first + count
-        if self.ranges and first == self.ranges[-1][1]:
-            self.ranges[-1][1] = after
-            return
-        touching = [old for old in self.ranges if old[0] <= after and first <= old[1]]
-        whole = [first, after], *touching
-        self.ranges = [old for old in self.ranges if old not in touching]
-        bisect.insort(self.ranges, [min(of[0] for of in whole), max(of[1] for of in whole)])
-        if len(self.ranges) > MOST_RANGES:
-            (first, end), (begin, after) = self.ranges[:2]
-            self.settled += begin - end
-            self.ranges[:2] = [[first, after]]
+        """Add consecutive numbers."""
+        self.seen += count
+        self.newest = max(self.newest, first + count - 1)
 
     @property
     def missing(self) -> int:
-        """Count of numbers from 1 to the last seen that never arrived."""
-        ends = [1, *(after for _, after in self.ranges)]
-        gaps = (max(first - end, 0) for (first, _), end in zip(self.ranges, ends, strict=False))
-        return self.settled + sum(gaps)
-
-    @property
-    def seen(self) -> int:
-        """Count of different numbers that arrived."""
-        return self.ranges[-1][1] - 1 - self.missing if self.ranges else 0
+        """Count of numbers from 1 to the newest that never arrived."""
+        return max(self.newest - self.seen, 0)
 
 
 class GapCounter:

@@ -55,14 +55,13 @@ class Topic(NamedTuple):
 
 
 def session_topics(
-    users: Sequence[str], *, links: Sequence[str], people: bool = False, hands: Sequence[str] = ()
+    users: Sequence[str], *, links: Sequence[str], people: bool = False
 ) -> list[Topic]:
     """Return every topic of a session with these users, whose names are their namespaces.
 
     ``links`` are the emulated ones (``user1/up``): a direction without has one topic instead of
     two, as both sides are joined by remapping onto the master's. With ``people`` also what is made
-    for people or by them (markers, diagnostics, the targets of their hands); those of the users
-    ``hands`` are waited for.
+    for people or by them (markers, diagnostics, the targets of their hands).
     """
     found = [Topic("/server/trace", schemas.SERVER_TRACE)]
     for user in users:
@@ -77,9 +76,8 @@ def session_topics(
     found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, depth=1000, essential=False))
     if people:
         for user in users:
-            led = user in hands
-            found.append(Topic(f"/{user}/hand/target", schemas.POINT, False, 4, led))
-            found.append(Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, led))
+            found.append(Topic(f"/{user}/hand/target", schemas.POINT, False, 4, False))
+            found.append(Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, False))
         found.append(Topic("/markers", schemas.MARKERS, depth=10, essential=False))
         found.append(Topic("/diagnostics", schemas.DIAGNOSTICS, depth=10, essential=False))
     return found

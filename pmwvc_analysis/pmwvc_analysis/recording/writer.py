@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The writer of a session folder: ``session.mcap`` and ``metadata.yaml``.
 
-Chunks are compressed with zstd, hold at most 4 MiB or one second, and carry a checksum; so does
+Chunks are compressed with zstd, end at 4 MiB or after one second, and carry a checksum; so does
 the whole data section. What a killed process leaves is readable up to its last whole chunk
 (salvage.py). When the disk is full or not writable, writing stops for good: the file is cut back
-to its last whole chunk, the reason is kept in ``problem`` and everything offered afterwards is
+to the last full second, the reason is kept in ``problem`` and everything offered afterwards is
 counted in ``refused``. Nothing here raises then: a recorder must not bring down a session.
 """
 
@@ -19,7 +19,6 @@ from typing import BinaryIO
 from mcap.writer import CompressionType, Writer
 
 from pmwvc_analysis.recording import schemas, topics
-from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_core.errors import RecordingError, file_errors
 
@@ -27,9 +26,7 @@ FILE_NAME = "session.mcap"
 LIBRARY = "pmwvc"
 CHUNK_BYTES = 4 * 1024 * 1024
 CHUNK_NS = 1_000_000_000
-ENDLESS = 1 << 62  # bytes
 RESERVE_BYTES = 64 * 1024 * 1024
-_OVERHEAD = 31  # bytes of a message record besides its data
 
 
 class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
@@ -44,14 +41,13 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self.path = self.folder / FILE_NAME
         self.problem: str | None = None
         self.refused = 0
-        self.counter = GapCounter()
+        self.messages: dict[str, int] = {}  # per topic
         self._span_ns: tuple[int, int] | None = None
         self._reserve = reserve_bytes
         self._channels: dict[str, tuple[int, Topic]] = {}
         self._types: dict[str, tuple[int, str]] = {}  # schema and hash by name
-        self._chunk_start_ns: int | None = None
-        self._chunk_bytes = 0
-        self._kept: dict[str, int] = {}  # messages per topic in whole chunks
+        self._since_ns: int | None = None  # first log time after the last flush
+        self._kept: dict[str, int] = {}  # messages per topic up to there
         self._closed = False
         with file_errors(f"record into {self.folder}"):
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -63,9 +59,8 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             except FileExistsError as error:
                 never = "a recording is never overwritten; choose another folder"
                 raise RecordingError(f"{self.path} exists: {never}") from error
-        # chunks end where flush() is called: then the position behind the last whole one is always
-        # known
-        self._writer = Writer(self._file, ENDLESS, CompressionType.ZSTD, enable_data_crcs=True)
+        options = {"compression": CompressionType.ZSTD, "enable_data_crcs": True}
+        self._writer = Writer(self._file, CHUNK_BYTES, **options)
         self._good = 0
         self._guarded(lambda: self._writer.start(profile="ros2", library=LIBRARY))
         self._guarded(self._end_chunk)
@@ -83,13 +78,11 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
             text = schemas.schema_text(name)
             number = self._writer.register_schema(name, "ros2msg", text.encode())
             self._types[name] = number, schemas.hash_of(text, name)
-            self._chunk_bytes += len(text.encode())
         qos, (schema_id, type_hash) = topics.dump(topic.qos), self._types[name]
-        self._chunk_bytes += 2 * len(qos)
         metadata = {"offered_qos_profiles": qos.strip(), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)
         self._channels[topic.name] = (channel, topic)
-        self.counter.topic(topic.name)
+        self.messages[topic.name] = 0
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a record of names and texts: parameters, seeds, versions, losses."""
@@ -100,21 +93,16 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self, topic: str, data: bytes, *, log_ns: int, publish_ns: int | None = None
     ) -> None:
         """Add a serialized message (CDR) to an announced topic."""
-        size = len(data) + _OVERHEAD
-        if self._chunk_start_ns is not None and (
-            abs(log_ns - self._chunk_start_ns) >= CHUNK_NS
-            or self._chunk_bytes + size > CHUNK_BYTES
-        ):
+        if self._since_ns is not None and abs(log_ns - self._since_ns) >= CHUNK_NS:
             self.flush()
         if self.problem or self._closed:
             self.refused += 1
             return
-        if self._chunk_start_ns is None:
-            self._chunk_start_ns = log_ns
-        self._chunk_bytes += size
-        channel, known = self._channels[topic]
-        self.counter.add(topic, peek(known.type_name, data))
-        number = self.counter.messages[topic] & 0xFFFFFFFF
+        if self._since_ns is None:
+            self._since_ns = log_ns
+        channel, _ = self._channels[topic]
+        self.messages[topic] += 1
+        number = self.messages[topic] & 0xFFFFFFFF
         first_ns, last_ns = self._span_ns or (log_ns, log_ns)
         self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
         sent_ns = log_ns if publish_ns is None else publish_ns
@@ -125,10 +113,10 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         if self.problem or self._closed:
             return
         self._guarded(self._end_chunk)
-        self._chunk_start_ns, self._chunk_bytes = None, 0
+        self._since_ns = None
         if self.problem:
             return
-        self._kept = dict(self.counter.messages)
+        self._kept = dict(self.messages)
         if (full := self._too_full()) is not None:
             self._finish()
             self.problem = f"recording stopped: {full}; everything up to here is kept"
@@ -182,10 +170,10 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         except OSError as error:
             self.problem = (
                 f"recording stopped: {error.strerror or error}; "
-                f"kept up to the last whole chunk ({self._good} bytes)"
+                f"kept up to the last full second ({self._good} bytes)"
             )
-            self.refused += sum(self.counter.messages.values()) - sum(self._kept.values())
-            # drop what is behind the last whole chunk, past the half-written buffer
+            self.refused += sum(self.messages.values()) - sum(self._kept.values())
+            # drop what is behind the last full second, past the half-written buffer
             raw = getattr(self._file, "raw", None) or self._file
             with contextlib.suppress(OSError, ValueError):
                 os.ftruncate(raw.fileno(), self._good)

@@ -75,7 +75,6 @@ def prescription(
         at_server = times.times_of(traces.server, tick_s)
         receivers |= {f"{name}/up": at_server for name in loops}
     networks, notes = links(traces, recorded, replayed, receivers)
-    notes += times.unknown_looks(traces)
     stages = stages_of(traces, recorded)
     steps = times.steps(traces, recorded, replayed, ticks)
     if traces.live:

@@ -6,11 +6,9 @@
 steps that a recording lacks (:mod:`pmwvc_analysis.traces.holes`) are taken to have run on time.
 
 **Links.** A packet comes out at the look of its receiver that took it in, as the receiver's trace
-says. One that came out of the emulator and was never taken in is lost. Where a trace is missing,
-or of a recording from before that, the emulator's times are used: a packet's delay is the time
-from its sending to its coming out, both on the monotonic clock of their machine; where sender and
-emulator are on different machines, from its going into the emulator. Live, it takes a little
-longer to the receiver.
+says. One that came out of the emulator and was never taken in is lost. Where the receiver's trace
+has a hole, or packets come at another rate, a packet has its delay in the emulator; live, it takes
+a little longer to the receiver.
 """
 
 import math
@@ -30,16 +28,14 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Steps
 from pmwvc_core.traces import (
     FateTraces,
-    PacketTraces,
     ServerTraces,
     SessionTraces,
     TakenTraces,
     UserTraces,
 )
 
-TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
+TRANSPORT_NS = 300_000  # to the emulator of a live session and on to the receiver, usually
 TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
-LONGEST_UPLINK_NS = 100_000_000  # from a sender to the emulator on the same machine
 LOW = 0xFFFFFFFF
 Links = dict[str, Callable[[], RecordedLink]]
 
@@ -65,15 +61,6 @@ def times_of(rows: UserTraces | ServerTraces, tick_s: float) -> LoopTimes:
     gaps = of_user(rows) if isinstance(rows, UserTraces) else of_server(rows)
     gaps_ns = [(round(gap.start_s * 1e9), round(gap.end_s * 1e9)) for gap in gaps]
     return LoopTimes(at, at * round(tick_s * 1e9) + rows.nearest_look_ns, gaps_ns)
-
-
-def unknown_looks(traces: SessionTraces) -> list[str]:
-    """Return a note where a recording does not say when its loops took packets in."""
-    unknown = [user.name for user in traces.users if not len(user.looked_ns)]
-    if traces.server is not None and not len(traces.server.looked_ns):
-        unknown.append("the server")
-    who, what = ", ".join(unknown), "taken for the wake-up of a master, the deadline of a step"
-    return [f"when {who} took packets in was not recorded: {what}"] if unknown else []
 
 
 def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:
@@ -136,8 +123,6 @@ def links(
     for old, new in zip(recorded.users, replayed.users, strict=True):
         for way in ("up", "down"):
             name = f"{old.name}/{way}"
-            fates, loop = traces.fates.get(name), loops.get(name)
-            loop = loop if name in traces.taken else None
             before, after = (
                 user.master.frame_s if way == "up" else scenario.server.period_s
                 for scenario, user in ((recorded, old), (replayed, new))
@@ -145,10 +130,10 @@ def links(
             if getattr(old, f"link_{way}") != getattr(new, f"link_{way}"):
                 notes.append(f"{name}: other settings were given, so this link is simulated")
                 continue
-            if loop is None and (fates is None or not len(fates.seq)):
-                notes.append(f"{name}: no packet fates were recorded, so this link is simulated")
+            if name not in traces.taken:
+                notes.append(f"{name}: its receiver was not recorded, so this link is simulated")
                 continue
-            record = _record(traces, name, loop, same_rate=before == after)
+            record = _record(traces, name, loops[name], same_rate=before == after)
             found[name] = partial(RecordedLink, record, per_packet=after / before)
             if after != before:
                 rates = f"every {after * 1e3:g} ms instead of {before * 1e3:g} ms"
@@ -157,7 +142,7 @@ def links(
 
 
 def _record(
-    traces: SessionTraces, name: str, loop: LoopTimes | None, *, same_rate: bool
+    traces: SessionTraces, name: str, loop: LoopTimes, *, same_rate: bool
 ) -> Mapping[int, Sequence[RecordedFate]]:
     """Return the fate of every packet of a link and its copies, by packet number.
 
@@ -166,23 +151,22 @@ def _record(
     """
     fates = traces.fates.get(name)
     zero_ns = traces.metadata.get("fate_zero_ns", {}).get(name, 0)
-    instants = _instants(traces.taken[name], loop) if loop else {}
+    instants = _instants(traces.taken[name], loop)
     own = own_sender(traces, name)
     record: dict[int, list[RecordedFate]] = defaultdict(list)
     if fates is not None:
         # in the order of sending, copies behind their packet
         rows = np.flatnonzero(fates.fate != FateKind.INVALID)
         rows = rows[np.lexsort((fates.fate[rows], fates.time_in_ns[rows]))]
-        since_ns = _sending_times(fates, traces.packets.get(source_of(name)))
         # 0 stands for never, but in virtual time also for a packet without delay at time 0
         at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
         came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
         transport_ns = TRANSPORT_NS if traces.live else 0
-        delays = fates.time_out_ns - since_ns + transport_ns
+        delays = fates.time_out_ns - fates.time_in_ns + transport_ns
         for row, number in zip(rows.tolist(), _numbers(fates, rows).tolist(), strict=True):
             kind, cause = FateKind(fates.fate[row]), Cause(fates.cause[row])
             delay_ns, at_ns = int(delays[row]) if came_out[row] else None, None
-            if delay_ns is not None and loop and cause is not Cause.CORRUPTION:
+            if delay_ns is not None and cause is not Cause.CORRUPTION:
                 key = int(fates.epoch[row]) & LOW, int(fates.seq[row])
                 out_ns = int(fates.time_out_ns[row]) - zero_ns
                 if queue := instants.get(key):
@@ -227,16 +211,3 @@ def _numbers(fates: FateTraces, rows: Integers) -> Integers:
         numbers[own] += last
         last = int(numbers[own].max())
     return numbers
-
-
-def _sending_times(fates: FateTraces, sent: PacketTraces | None) -> Integers:
-    """Return when each packet was sent, on the emulator's clock [ns]."""
-    if sent is None or not len(sent.seq):
-        return fates.time_in_ns
-    keys = zip(sent.epoch.tolist(), sent.seq.tolist(), strict=True)
-    of_packet = dict(zip(keys, sent.sent_ns.tolist(), strict=True))
-    keys = zip(fates.epoch.tolist(), fates.seq.tolist(), strict=True)
-    times_ns = map(of_packet.get, keys, fates.time_in_ns.tolist())
-    since = np.fromiter(times_ns, dtype=np.int64, count=len(fates.seq))
-    uplink_ns = np.median(fates.time_in_ns - since)
-    return since if 0 <= uplink_ns <= LONGEST_UPLINK_NS else fates.time_in_ns

@@ -14,12 +14,11 @@ from typing import Any
 from pmwvc_analysis.arrays import write_table
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.compare.conclusion import conclusion
-from pmwvc_analysis.compare.measures import COLUMNS, MEASURES, Compared, measured
+from pmwvc_analysis.compare.measures import COLUMNS, MEASURES, Compared
 from pmwvc_analysis.compare.settings import parameters_of
 from pmwvc_analysis.figures.comparison_charts import draw_all
-from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.report.page import data_uri, filled
-from pmwvc_core.errors import RecordingError, file_errors
+from pmwvc_core.errors import file_errors
 
 JSON, TABLE = "comparison.json", "comparison.csv"
 PAGE, TEMPLATE = "comparison.html", "comparison_template.html"
@@ -71,37 +70,3 @@ def row(entry: Compared) -> dict[str, Any]:
         "tuning": entry.tuning,
         **entry.measures,
     }
-
-
-def is_comparison(folder: Path) -> bool:
-    """Tell whether a folder holds a comparison, and is not a session itself (as a replay is)."""
-    return (folder / JSON).is_file() and not any(folder.glob("*.mcap"))
-
-
-def read_comparison(folder: Path) -> dict[str, Any]:
-    """Return what ``comparison.json`` holds; RecordingError where it cannot be read."""
-    try:
-        found: dict[str, Any] = json.loads((folder / JSON).read_text("utf-8"))
-    except (OSError, ValueError) as error:
-        raise RecordingError(f"{folder / JSON} cannot be read: {error}") from None
-    if not isinstance(found, dict) or "sessions" not in found:
-        raise RecordingError(f"{folder / JSON} is no comparison: it holds no sessions")
-    return found
-
-
-def session_folders(folder: Path) -> list[Path]:
-    """Return the folders of the sessions compared."""
-    return [folder / str(session["folder"]) for session in read_comparison(folder)["sessions"]]
-
-
-def read_entries(folder: Path) -> list[Compared]:
-    """Return the sessions of a comparison, read and measured anew."""
-    entries = []
-    for session in read_comparison(folder)["sessions"]:
-        path = folder / str(session["folder"])
-        if (scenario := read_scenario(path)) is None:
-            raise RecordingError(f"{path} holds no scenario.yaml")
-        label, place = str(session["label"]), str(session["folder"])
-        own = dict(session["settings"]), read_session(path), scenario
-        entries.append(measured(Compared(label, *own, place, session["tuning"])))
-    return entries

@@ -43,7 +43,8 @@ from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one difference
-STRICT = ("master.impedance_matrix", "server.impedance")  # what a choice changes, by name
+# What a choice changes, by name.
+STRICT = ("master.impedance_matrix", "master.contact_impedance", "server.impedance")
 SAMPLED = ("master.filter", "master.hold")
 ALWAYS = ("master.filter.kind", "master.hold")  # said even where nothing changes
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
@@ -56,14 +57,22 @@ COUPLED = 8  # of them for a tick with axes that are coupled
 
 @dataclass(frozen=True)
 class Choice:
-    """One impedance [N s/m], filter and hold (strict: the scenario's) for every user; ``as_given``
-    leaves the scenario as it is, ``impedance`` is then that of the first master's first axis.
+    """Impedance, that in contact (None: the same) [N s/m], filter and hold (strict: as given) for
+    every user; ``as_given`` leaves the scenario as it is, ``impedance`` is then that of the first
+    master's first axis.
     """
 
     impedance: float
     filter: FilterParams
     hold: str
+    contact: float | None = None
     as_given: bool = False
+
+    def times(self, factor: float, bounds: tuple[float, float]) -> "Choice":
+        """Return a choice with so many times the impedances, within bounds."""
+        b = float(np.clip(factor * self.impedance, *bounds))
+        touching = self.contact and float(np.clip(factor * self.contact, *bounds))
+        return dataclasses.replace(self, impedance=b, contact=touching)
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
         """Return what gives a scenario this choice, by name; no impedance that is no number."""
@@ -87,7 +96,9 @@ class Choice:
 
     def _for(self, user: User) -> User:
         user = with_impedances(user, self.impedance, None)
-        master = dataclasses.replace(user.master, filter=self.filter, hold=self.hold)
+        same: dict[str, Any] = {"filter": self.filter, "hold": self.hold}
+        touching = self.contact and round(self.contact, 2)
+        master = dataclasses.replace(user.master, contact_impedance=touching, **same)
         return dataclasses.replace(user, master=master)
 
     def applied(self, scenario: Scenario) -> Scenario:

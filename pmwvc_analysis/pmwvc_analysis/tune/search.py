@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The search: filters and holds that are fit for the rate drop, and the best impedance of each. On
-the strict channel, which has neither, the impedance alone.
+the strict channel, which has neither, one impedance, or one in free motion and one in contact.
 
 The best impedance of a filter and a hold is found from their lag tau (a spring 2b/tau, a mass
 b tau/2) and the noise of the encoder; the few choices that are left are rated by the exact model.
@@ -31,6 +31,7 @@ from pmwvc_analysis.tune.criteria import Choice, Rating
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
@@ -39,6 +40,7 @@ from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 STEP = 1.5  # factor between the alternatives
 WIDE = 2.0  # likewise, where no choice found from the lag is stable
 HOLDS = ("foh", "zoh")
+FOLLOWS = "b follows contact"  # on the strict channel
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 Key = tuple[str, str]  # filter, hold
 
@@ -77,6 +79,9 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     for name, hold in itertools.product(filters, holds):
         choice = best_impedance(scenario, filters[name], hold, bounds, live=live)
         rows[name, hold] = criteria.rated(scenario, choice, live=live)
+        if scenario.strict:
+            two = two_impedances(scenario, choice, bounds, live=live)
+            rows[FOLLOWS, hold] = criteria.rated(scenario, two, live=live)
     if all(row.cost is None for row in rows.values()):
         rows |= elsewhere(scenario, filters, list(rows), bounds, live=live)
     usable = {key: row for key, row in rows.items() if row.cost is not None}
@@ -106,16 +111,17 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             f"'{best.simulated}' when simulated; 'pmwvc simulate' shows why. A finer encoder, a "
             "softer environment or a gentler hand may help"
         )
-    given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold, True)
+    master = user.master
+    touching = master.contact_impedance if master.rises > 1.0 else None
+    given = Choice(first_axis(user.impedance), master.filter, master.hold, touching, True)
     others = {"as given": criteria.judged(scenario, criteria.rated(scenario, given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
-        impedance = float(np.clip(best.choice.impedance * factor, *bounds))
-        if impedance != best.choice.impedance:
-            choice = dataclasses.replace(best.choice, impedance=impedance)
+        choice = best.choice.times(factor, bounds)
+        if choice != best.choice:
             others[label] = criteria.rated(scenario, choice, live=live)
     for (name, hold), row in rows.items():
         if (name == best_key[0]) != (hold == best_key[1]):  # one of both differs
-            others[f"{name}, {hold}"] = row
+            others[name if scenario.strict else f"{name}, {hold}"] = row
     return Proposal(best, others, bounds, nonlinear(scenario))
 
 
@@ -128,7 +134,7 @@ def _tries(
     best = rows[order[0]]
     choice = best.choice
     while choice.impedance > bounds[0]:
-        choice = dataclasses.replace(choice, impedance=max(choice.impedance / STEP, bounds[0]))
+        choice = choice.times(1.0 / STEP, bounds)
         row = criteria.rated(scenario, choice, live=live)
         if row.stable and row.passive >= best.passive:
             yield order[0], row
@@ -177,7 +183,7 @@ def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
     """
     user = scenario.users[0]
     master = user.master
-    found = {"filter as given": master.filter}
+    found = {"one b" if scenario.strict else "filter as given": master.filter}
     half_hz = 0.5 / master.frame_s  # half the packet rate
     others = {
         "integrate and dump": FilterParams(kind="integrate_and_dump"),
@@ -205,13 +211,37 @@ def best_impedance(
 ) -> Choice:
     """Return the impedance of least cost for a filter and a hold, from the lag of the link."""
     b = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
-    chosen = Choice(float(b[0]), one, hold).applied(scenario)
+    choice = Choice(float(b[0]), one, hold)
+    user = scenario.users[0]
+    whole_kg = float(user.device.mass) + float(user.operator.mass)
+    return dataclasses.replace(choice, impedance=_cheapest(scenario, choice, b, whole_kg, live))
+
+
+def two_impedances(
+    scenario: Scenario, choice: Choice, bounds: tuple[float, float], *, live: bool
+) -> Choice:
+    """Return the impedance in contact of least cost, where the object moves along, its mass shared
+    by the users, and that in free motion whose mass b tau/2 is just not noticed beside device and
+    arm: what is lighter feels no better. ``choice`` has one for both, which lies between.
+    """
+    user, b = scenario.users[0], np.geomspace(*bounds, FINE)
+    whole_kg = float(user.device.mass) + float(user.operator.mass)
+    shared_kg = float(scenario.server.object_mass) / len(scenario.users)
+    object_kg = shared_kg if scenario.environment.movable else math.inf
+    touching = _cheapest(scenario, choice, b, whole_kg + object_kg, live)
+    tau_s = lag.lag_s(user, choice.applied(scenario), live=live)
+    unnoticed = 2.0 * whole_kg * math.expm1(criteria.NOTICED) / tau_s
+    light = min(max(unnoticed, bounds[0]), choice.impedance)
+    return dataclasses.replace(choice, impedance=light, contact=max(touching, choice.impedance))
+
+
+def _cheapest(scenario: Scenario, choice: Choice, b: Array, whole_kg: float, live: bool) -> float:
+    """Return of impedances that of the least cost, beside so much mass in the hand [kg]."""
+    chosen = choice.applied(scenario)
     user = chosen.users[0]
     tau_s = lag.lag_s(user, chosen, live=live)
-    contact = float(user.contact.contact_stiffness)
-    whole = float(user.device.mass) + float(user.operator.mass)
-    softer = 1.0 / (1.0 + contact * tau_s / (2.0 * b))
-    heavier = 1.0 + np.maximum(b * tau_s / 2.0, 0.0) / whole
+    softer = 1.0 / (1.0 + float(user.contact.contact_stiffness) * tau_s / (2.0 * b))
+    heavier = 1.0 + np.maximum(b * tau_s / 2.0, 0.0) / whole_kg
     noise = criteria.noise_n(scenario, b) if criteria.velocity_step(scenario) else 0.0
     costs = criteria.cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
-    return Choice(float(b[int(np.argmin(costs))]), one, hold)
+    return float(b[int(np.argmin(costs))])

@@ -18,6 +18,7 @@ from pmwvc_core.wave.impedance import MatrixImpedance
 k_max = lru_cache(maxsize=32)(stability.k_max)  # most of the work, for what is shown alone
 COLUMNS: tuple[tuple[str, str, Callable[[Rating], float | None]], ...] = (
     ("b", "N s/m", lambda row: row.choice.impedance),
+    ("in touch", "N s/m", lambda row: row.choice.contact or row.choice.impedance),
     ("lag", "ms", lambda row: row.lag_s and 1e3 * row.lag_s),
     ("rendered", "N/m", lambda row: row.k_felt),
     ("mass", "kg", lambda row: row.mass_felt),
@@ -62,7 +63,7 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     lines += _table(scenario, rows, matrix)
     if scenario.strict:
         lines.append(
-            "  channel = strict has neither anti-aliasing filter nor hold: the impedance alone is "
+            "  channel = strict has neither anti-aliasing filter nor hold: impedances alone are "
             "chosen"
         )
     if matrix:

@@ -5,7 +5,6 @@
 import argparse
 import contextlib
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +17,8 @@ if TYPE_CHECKING:
     from pmwvc_core.scenario.scenario import Scenario
 
 
-COUNT = 60  # points of an axis without a range
-FRAMES = 6  # largest delay of an axis without a range
 MOST_POINTS = 1_000_000
-AXIS: Any = {
-    "required": True, "metavar": "NAME[=A:B:N]", "completer": cli.parameter_names,
-}  # fmt: skip
+AXIS: Any = {"required": True, "metavar": "NAME=A:B:N"}
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
@@ -43,12 +38,11 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
           --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
-      pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s \\
+      pmwvc map carry_16ms --x server.contact_stiffness=0:3000:60 --y link.delay_s=0:0.048:7 \\
           --sessions sessions/*carry*
       pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-    NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The map is written as
-    map.png, .svg, .npz, .csv, .mat and .json.
+    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.figures.model_charts import stability_map
@@ -62,7 +56,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
-    measured = points_in(arguments.sessions, grid)
+    measured = [measured_in(session, grid) for session in arguments.sessions]
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{grid.key[:6]}"
     folder = arguments.out or Path(default)
     finished, size = 0, len(x.values) * len(y.values)
@@ -84,18 +78,15 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
 
 
 def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
-    """Return the axis of ``NAME=A:B:N`` or of a name alone; else PmwvcError with the option."""
+    """Return the axis of ``NAME=A:B:N``; else PmwvcError with the option."""
     from pmwvc_analysis.maps.maps import MapAxis
     from pmwvc_core.scenario.names import value_of, varied
 
-    name, equals, span = text.partition("=")
+    name, _, span = text.partition("=")
     try:
-        value = value_of(scenario, name)
-        if equals:
-            first, last, count = span.split(":")
-            values = _spread(float(first), float(last), int(count))
-        else:
-            values = _usual(scenario, name, value)
+        value_of(scenario, name)  # refuses what is none
+        first, last, count = span.split(":")
+        values = _spread(float(first), float(last), int(count))
         for edge in (values[0], values[-1]):
             varied(scenario, name, edge)  # refuses what is out of range
     except PmwvcError as error:
@@ -106,19 +97,6 @@ def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
     return MapAxis(name, values)
 
 
-def _usual(scenario: "Scenario", name: str, value: float | None) -> tuple[float, ...]:
-    """Return a range that suits a parameter."""
-    if name.endswith("delay_s"):
-        return _spread(0.0, FRAMES * scenario.server.period_s, FRAMES + 1)
-    if not value:
-        raise PmwvcError(f"{name}: give its range, {name}=FIRST:LAST:COUNT")
-    if name.endswith(("rate_drop", "period_s")):
-        raise PmwvcError(f"{name}: give its range, e.g. {name}={value:g}:{2 * value:g}:2")
-    if name.endswith("contact_stiffness"):
-        return _spread(0.0, max(3000.0, 2.0 * value), COUNT)
-    return _spread(value / 4.0, 4.0 * value, COUNT)
-
-
 def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
     import numpy as np
 
@@ -126,19 +104,6 @@ def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
         raise ValueError("empty range")
     # Rounded, so that 0.016 is written for the delay of 16 ms.
     return tuple(float(f"{value:.12g}") for value in np.linspace(first, last, count))
-
-
-def points_in(folders: Sequence[Path], grid: "Grid") -> list["MapPoint"]:
-    """Return sessions as points of a map; RecordingError with every folder that is none."""
-    found, wrong = [], []
-    for folder in folders:
-        try:
-            found.append(measured_in(folder, grid))
-        except PmwvcError as error:
-            wrong.append(str(error))
-    if wrong:
-        raise RecordingError("\n".join(wrong))
-    return found
 
 
 def measured_in(folder: Path, grid: "Grid") -> "MapPoint":

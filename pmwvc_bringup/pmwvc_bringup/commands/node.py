@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Commands for live sessions: ``pmwvc view``, a session in the browser, also one that was recorded
-or is simulated in real time; and ``pmwvc node``, one node by itself.
+"""``pmwvc view``, a session in the browser that was recorded or is simulated in real time; and
+``pmwvc node``, one node by itself.
 """
 
 import argparse
@@ -9,86 +9,52 @@ import os
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import terminal
-from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_core.errors import PmwvcError
 
-if TYPE_CHECKING:
-    from pmwvc_view.session import Session
-
-WHAT = "a session folder, or a scenario to simulate in real time (nothing: a session that runs)"
-ROS_ARGUMENTS = {
-    "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
-    "server": "-p users:=\"['user1','user2']\" -p server.contact_stiffness:=800.0",
-    "netem": "-p users:=\"['user1','user2']\" -p preset:=lte",
-    "view": "-p port:=8080",
-    "recorder": "-p users:=\"['user1','user2']\" -p folder:=my_session",
-}
+WHAT = "a session folder, or a scenario to simulate in real time"
+NODES = ("master", "netem", "recorder", "server", "view")
 
 
-def _sessions(**given: object) -> list[str]:
-    """Return what can be viewed: scenarios and folders."""
-    return [*cli.scenario_names(), *cli.session_folders(**given)]  # type: ignore[arg-type]
-
-
-@cli.command(
-    cli.argument("what", WHAT, nargs="?", metavar="WHAT", completer=_sessions),
-    *(cli.USERS, cli.SET),
-    cli.argument("--namespace", "namespace of the running session", default=""),
-    *cli.PAGE,
-)
+@cli.command(cli.argument("what", WHAT, metavar="WHAT"), cli.USERS, cli.SET, *cli.PAGE)
 def view(arguments: argparse.Namespace) -> cli.Result:
     """Show a session in the browser and take part in it.
 
     examples:
-      pmwvc view                       a session that runs here, also one started by ros2 launch
       pmwvc view live                  simulated in real time, without ROS; act in the browser
       pmwvc view sessions/20260101T120000Z-carry_16ms
                                        a recorded session, with a time line
 
+    A session of nodes: pmwvc run --view, or pmwvc node view in its ROS domain.
+
     The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the
     printed address is needed to connect.
     """
-    from pmwvc_bringup.session.page import join, serve
+    from pmwvc_bringup.session.page import serve, show
     from pmwvc_bringup.session.plan import Page
-    from pmwvc_bringup.session.surroundings import require_ros
 
     page, browser = Page(arguments.host, arguments.port), arguments.browser
-    if arguments.what is not None:
-        serve(_session(arguments), terminal(), page=page, browser=browser)
-        return cli.Result()
-    require_ros()
-    if arguments.users or arguments.settings:
-        raise PmwvcError("--users and --set belong to a scenario: name one, or a session folder")
-    return cli.Result(join(terminal(), page=page, namespace=arguments.namespace, browser=browser))
-
-
-def _session(arguments: argparse.Namespace) -> "Session":
-    """Return the session that was recorded in a folder, or one to simulate."""
-    from pmwvc_view import SNAPSHOT_S
-
     folder = Path(arguments.what).expanduser()
-    if not folder.is_dir():
-        from pmwvc_bringup.session.surroundings import check
-        from pmwvc_view.simulated import SimulatedSession
+    if folder.is_dir():
+        from pmwvc_analysis.session_files import REPLAY
 
-        scenario = cli.scenario_of(arguments)
-        check(scenario)
-        return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
-    from pmwvc_analysis.recording.reader import read_scenario, read_session
-    from pmwvc_analysis.verdicts.verdicts import summary
-    from pmwvc_view.recorded import RecordedSession
+        if not (file := folder / REPLAY).is_file():
+            raise PmwvcError(f"{folder} has no {REPLAY}: 'pmwvc report {folder}' writes it")
+        show(file.resolve().as_uri(), terminal(), browser=browser)
+        return cli.Result()
+    from pmwvc_bringup.session.surroundings import check
+    from pmwvc_view.simulated import SimulatedSession
 
-    traces, recorded = read_session(folder), read_scenario(folder)
-    if recorded is None:
-        raise RecordingError(f"{folder} has no scenario.yaml: its users are not known")
-    return RecordedSession(traces, recorded, summary(traces, recorded), snapshot_s=SNAPSHOT_S)
+    scenario = cli.scenario_of(arguments)
+    check(scenario)
+    serve(SimulatedSession(scenario), terminal(), page=page, browser=browser)
+    return cli.Result()
 
 
 @cli.command(
-    cli.argument("kind", "which node", choices=sorted(ROS_ARGUMENTS)),
+    cli.argument("kind", "which node", choices=NODES),
     cli.argument("arguments", "passed on to the node", nargs=argparse.REMAINDER),
 )
 def node(arguments: argparse.Namespace) -> cli.Result:
@@ -97,6 +63,8 @@ def node(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc node server --ros-args -p users:="[user1, user2]"
       pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
+      pmwvc node netem --ros-args -p users:="[user1, user2]" -p preset:=lte
+      pmwvc node recorder --ros-args -p users:="[user1, user2]" -p folder:=my_session
 
     Parameters: docs/parameters.md; of a node that runs: ros2 param describe NODE NAME.
     """
@@ -104,10 +72,6 @@ def node(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, require_ros
 
     require_ros()
-    kind = arguments.kind
-    if {"-h", "--help"} & set(arguments.arguments):
-        print(f"example:\n  pmwvc node {kind} --ros-args {ROS_ARGUMENTS[kind]}")
-        return cli.Result()
-    words = [sys.executable, "-m", MODULES[kind], *arguments.arguments]
+    words = [sys.executable, "-m", MODULES[arguments.kind], *arguments.arguments]
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the node can end by it
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))

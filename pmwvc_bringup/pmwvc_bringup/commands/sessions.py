@@ -4,7 +4,6 @@
 
 import argparse
 import sys
-from typing import Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
@@ -26,7 +25,7 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     pmwvc run live --view serves the session's page as well, to take part in the browser.
     """
     from pmwvc_bringup.session.plan import Page
-    from pmwvc_bringup.session.surroundings import new_folder, require_ros
+    from pmwvc_bringup.session.surroundings import require_ros
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
     require_ros()
@@ -40,32 +39,19 @@ def run(arguments: argparse.Namespace) -> cli.Result:
     scenario, folder = prepared(arguments)
     from pmwvc_bringup.session.runner import NodeSession, StartError
 
-    console, recorded = terminal(), []
-    how: Any = {"console": console, "browser": arguments.browser}
+    console = terminal()
     try:
-        while True:
-            announce(console, scenario, folder, live=True)
-            session = NodeSession(scenario, folder, page=page, **how)
-            if session.run():
-                recorded.append((folder, scenario))
-            elif not recorded:
-                print("pmwvc: ended before the session began", file=sys.stderr)
-                return cli.Result(130)
-            if session.restart is None:
-                break
-            from pmwvc_view.controls import changed
-
-            try:
-                scenario = changed(scenario, session.restart)
-            except PmwvcError as error:  # settings refused to a page change nothing
-                print(f"pmwvc: {error}", file=sys.stderr)
-            folder, page = new_folder(scenario.name, None), session.page
+        announce(console, scenario, folder, live=True)
+        browser = arguments.browser
+        begun = NodeSession(scenario, folder, console=console, page=page, browser=browser).run()
     except StartError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
         return cli.Result(1)
-    how = {"check": arguments.check, "figures": arguments.figures}
-    results = [finish(console, *each, **how) for each in recorded]
-    return cli.Result(max(result.code for result in results), results[-1].document)
+    if not begun:
+        print("pmwvc: ended before the session began", file=sys.stderr)
+        return cli.Result(130)
+    figures, check = arguments.figures, arguments.check
+    return finish(console, folder, scenario, check=check, figures=figures)
 
 
 @cli.command(*cli.SESSION)
@@ -113,19 +99,9 @@ def report(arguments: argparse.Namespace) -> cli.Result:
       pmwvc report sessions/20260101T120000Z-carry_16ms --json
       pmwvc report sessions/20260101T120000Z-carry_16ms --out /tmp/elsewhere
     """
-    from pmwvc_analysis.report.comparison import is_comparison
     from pmwvc_bringup.session.terminal import finish
 
-    folder = arguments.folder
-    if is_comparison(folder):
-        from pmwvc_bringup.comparison import again
-
-        if arguments.check:
-            raise PmwvcError(f"--check judges one session: name a folder in {folder / 'runs'}")
-        if arguments.out:
-            raise PmwvcError(f"{folder} is a comparison: its report is written into it, not --out")
-        return again(folder, terminal())
-    return finish(terminal(), folder, None, check=arguments.check, out=arguments.out)
+    return finish(terminal(), arguments.folder, None, check=arguments.check, out=arguments.out)
 
 
 TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}

@@ -1,21 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Commands around a session: the machine, its shell, scenarios, links, access."""
+"""Commands around a session: the machine, scenarios, links, access."""
 
 import argparse
 import sys
 import textwrap
-from collections.abc import Sequence
-from dataclasses import asdict, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict
+from typing import Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_core.errors import PmwvcError
-
-if TYPE_CHECKING:
-    from pmwvc_analysis.doctor import Checked as RecordingFinding
-    from pmwvc_bringup.machine import MachineCheck
 
 
 @cli.command(
@@ -32,14 +26,15 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
     exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it
     has only losses that it declares, 3 when it is damaged
     """
-    findings: Sequence[MachineCheck | RecordingFinding]
-    if arguments.folder:
-        from pmwvc_analysis.doctor import exit_code
+    from pmwvc_analysis.doctor import PROBLEM, check_recording, exit_code
 
-        recorded = _of_recording(arguments.folder)
-        findings, code = recorded, exit_code(recorded)
+    if arguments.folder:
+        if not arguments.folder.exists():
+            raise PmwvcError(f"{arguments.folder}: there is no such session folder")
+        findings = check_recording(arguments.folder)
+        code = exit_code(findings)
     else:
-        from pmwvc_bringup.machine import PROBLEM, examine
+        from pmwvc_bringup.machine import examine
 
         findings = examine()
         code = int(any(finding.status == PROBLEM for finding in findings))
@@ -47,24 +42,6 @@ def doctor(arguments: argparse.Namespace) -> cli.Result:
         print(finding.line())
     listed = [asdict(finding) for finding in findings]
     return cli.Result(code, {"exit_code": code, "findings": listed})
-
-
-def _of_recording(folder: Path) -> "list[RecordingFinding]":
-    """Return the findings about a session, or those of a comparison."""
-    from pmwvc_analysis.doctor import check_recording
-
-    if not folder.exists():
-        raise PmwvcError(f"{folder}: there is no such session folder")
-    from pmwvc_analysis.report.comparison import is_comparison
-    from pmwvc_analysis.report.comparison import session_folders as sessions_of
-
-    if not is_comparison(folder):
-        return check_recording(folder)
-    return [
-        replace(finding, text=f"{session.name}: {finding.text}")
-        for session in sessions_of(folder)
-        for finding in check_recording(session)
-    ]
 
 
 WIDTH = 99
@@ -114,24 +91,6 @@ def token(arguments: argparse.Namespace) -> cli.Result:
 
     for path in write_session(arguments.folder, arguments.users):
         print(path)
-    return cli.Result()
-
-
-SHELLS = ("bash", "zsh", "fish")
-PROGRAMS = ["pmwvc", "./pmwvc"]
-
-
-@cli.command(cli.argument("shell", "bash by default", nargs="?", choices=SHELLS, default="bash"))
-def completion(arguments: argparse.Namespace) -> cli.Result:
-    """Print the completion script for a shell.
-
-    examples:
-      eval "$(./pmwvc completion)"                 this bash
-      ./pmwvc completion zsh >> ~/.zshrc           every zsh from now on
-    """
-    from argcomplete.shell_integration import shellcode
-
-    print(shellcode(PROGRAMS, shell=arguments.shell))
     return cli.Result()
 
 

@@ -12,15 +12,14 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.terminal import UserStatus
@@ -33,7 +32,6 @@ from pmwvc_core.runtime.watch import publishers_of
 from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
-RELIABLE = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
 STALE_S = 1.0
 UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of a publisher whose node ROS no longer knows
 CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
@@ -45,75 +43,71 @@ RATE_REPORTS = 12  # six seconds of them
 class Monitor:
     """A session seen from outside."""
 
-    def __init__(self, node: Node, users: Sequence[str], *, restarts: bool) -> None:
+    def __init__(self, node: Node, users: Sequence[str]) -> None:
         self._node, self._users = node, list(users)
         self._masters = {u: Polled(node, MasterTrace, f"{u}/trace", NEWEST) for u in users}
         self._server = Polled(node, ServerTrace, "server/trace", NEWEST)
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
-        self._restarts = Polled(node, String, "view/restart", RELIABLE) if restarts else None
         ends = [f"{user}/reception" for user in users] + ["server/reception"]
         self._receptions = [Polled(node, Reception, end, links) for end in ends]
         self._seen: dict[str, tuple[float, Any]] = {}
         # Of a user's ticks, and of its packets: newest times [ns] and numbers.
         self._counts: dict[str, deque[tuple[int, int]]] = {}
 
-    def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
-        """Return the publishers and subscribers that are missing yet, as texts. ``ends``: topic ->
-        wanted numbers of publishers and subscribers, this node not counted.
+    def missing(self, topics: Sequence[str]) -> list[str]:
+        """Return the publishers and subscribers that topics lack yet, as texts; this node does not
+        count.
         """
         polled = [*self._masters.values(), self._server, *self._receptions]
-        topics = [each.subscription.topic_name for each in polled]
-        found = []
-        for topic, (publishers, subscribers) in ends.items():
-            listening = self._node.count_subscribers(topic) - topics.count(topic)
-            if self._node.count_publishers(topic) < publishers:
+        own, found = [each.subscription.topic_name for each in polled], []
+        for topic in topics:
+            if not self._node.count_publishers(topic):
                 found.append(f"{topic}: no publisher")
-            elif listening < subscribers:
-                found.append(f"{topic}: {listening} of {subscribers} subscribers")
+            elif self._node.count_subscribers(topic) <= own.count(topic):
+                found.append(f"{topic}: no subscriber")
         return found
 
     def other_publishers(
-        self, ends: Mapping[str, tuple[int, int]], again: Collection[str] = ()
+        self, topics: Sequence[str], again: Collection[str] = ()
     ) -> dict[str, str]:
-        """Return the topics with more publishers than planned, with their names as a text.
+        """Return the topics with more than one publisher, with their names as a text.
 
         Of nodes that were started ``again`` ROS shows the former publishers for some more seconds,
         at last without their names.
         """
         found = {}
-        for topic, (publishers, _) in ends.items():
-            if self._node.count_publishers(topic) > publishers:
+        for topic in topics:
+            if self._node.count_publishers(topic) > 1:
                 names = sorted(publishers_of(self._node)(topic))
                 names = [n for i, n in enumerate(names) if n not in again or n not in names[:i]]
                 names = [n for n in names if not (again and n.endswith(UNKNOWN))]
-                if len(names) > publishers:
+                if len(names) > 1:
                     found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
         return found
 
-    def unconnected(self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]]) -> list[str]:
+    def unconnected(self, nodes: Sequence[str], topics: Sequence[str]) -> list[str]:
         """Return what is missing until nothing that is sent gets lost, as texts: ends that are not
         in the graph yet, then nodes that do not answer yet, then ends that these have not matched.
         """
-        if missing := self.missing(ends):
+        if missing := self.missing(topics):
             return missing
         answers = self._call(nodes, "matched")
         return [f"{name}: no answer yet" for name in nodes if name not in answers] or [
             f"{name}: {text}"
             for name, answer in answers.items()
-            for text in unmatched(json.loads(answer), ends)
+            for text in unmatched(json.loads(answer), topics)
         ]
 
     def begin(
-        self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]],
-        groups: Sequence[Sequence[str]], *, go_on: Callable[[], bool] = lambda: True,
-        unready: Callable[[], list[str]] = list,
+        self, nodes: Sequence[str], topics: Sequence[str], groups: Sequence[Sequence[str]], *,
+        go_on: Callable[[], bool], unready: Callable[[], list[str]],
     ) -> bool:  # fmt: skip
         """Wait until the nodes are connected and nothing is ``unready``, then start the groups;
         return False where the session should not go on before. PmwvcError after too long.
         """
         until = time.monotonic() + CONNECTION_TIMEOUT_S
         while go_on():
-            missing = self.unconnected(nodes, ends) or unready()
+            missing = self.unconnected(nodes, topics) or unready()
             if not missing:
                 self.start(*groups)
                 return True
@@ -153,15 +147,6 @@ class Monitor:
         for client in clients.values():
             self._node.destroy_client(client)
         return {name: str(call.result().message) for name, call in calls.items() if call.done()}
-
-    def restart(self) -> dict[str, Any] | None:
-        """Return the settings with which a page wants the session to begin again, or None."""
-        found = None
-        while self._restarts and (message := self._restarts.take()) is not None:
-            with suppress(ValueError):
-                settings = json.loads(message.data)
-                found = settings if isinstance(settings, dict) else found
-        return found
 
     def status(self) -> list[UserStatus]:
         """Return the newest values of every user."""
@@ -214,21 +199,13 @@ class Monitor:
 
 
 @contextmanager
-def watching(
-    users: Sequence[str], *, namespace: str = "/", restarts: bool = False
-) -> Iterator[Monitor]:
-    """Yield a monitor in a ROS context of its own; the environment must be that of the nodes.
-
-    ``namespace`` is the one that the whole session is in; with ``restarts`` pages are offered to
-    begin the session again.
-    """
+def watching(users: Sequence[str]) -> Iterator[Monitor]:
+    """Yield a monitor in a ROS context of its own; the environment must be that of the nodes."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = Node(
-            "runner", namespace=namespace, start_parameter_services=False, enable_rosout=False
-        )
+        node = Node("runner", start_parameter_services=False, enable_rosout=False)
         try:
-            yield Monitor(node, users, restarts=restarts)
+            yield Monitor(node, users)
         finally:
             node.destroy_node()
     finally:

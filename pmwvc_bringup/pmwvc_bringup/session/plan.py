@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nodes of a session, from its scenario: module, namespace and parameters of each.
 
-Session runner and launch file start the nodes listed here. Works without ROS.
+The session runner starts the nodes listed here. Works without ROS.
 """
 
 import sys
@@ -73,29 +73,27 @@ class NodePlan:
 
 @dataclass(frozen=True)
 class Page:
-    """Address of a session's page: port 0 takes any free one, an empty token becomes random."""
+    """Address of a session's page: port 0 takes any free one."""
 
     host: str = "127.0.0.1"
     port: int = 0
-    token: str = ""
 
 
 def nodes(
-    scenario: Scenario, *, folder: Path, paused: bool, tokens: Path | None = None,
-    page: Page | None = None,
-) -> list[NodePlan]:  # fmt: skip
+    scenario: Scenario, *, folder: Path, tokens: Path | None = None, page: Page | None = None
+) -> list[NodePlan]:
     """Return the nodes of a session in the order in which they start.
 
     ``folder`` is the session folder, ``tokens`` that of the session's tokens, ``page`` where its
-    page is served (None: neither is); with ``paused`` all but the recorder and the view wait for a
-    call of their ``start`` service. ScenarioError where parameters of the scenario change at given
-    times: no node does that by itself.
+    page is served (None: neither is); all but the recorder and the view wait for a call of their
+    ``start`` service. ScenarioError where parameters of the scenario change at given times: no
+    node does that by itself.
     """
     if scenario.changes:
         text = f"changes = {scenario.changes!r}: must be empty in a live session"
         ways = "set parameters of the running nodes ('ros2 param set'), or use pmwvc simulate"
         raise ScenarioError(scenario.name, [f"{text}; {ways}"])
-    names, own = [user.name for user in scenario.users], {"start.paused": paused}
+    names, own = [user.name for user in scenario.users], {"start.paused": True}
     top = own | {name: getattr(scenario, name) for name in TOP_AT_ENDS}
     server: dict[str, object] = {
         **top,
@@ -118,9 +116,8 @@ def nodes(
     if tokens:
         for name, node in ((SERVER, server), *masters.items()):
             node[TOKEN_FILE] = str(tokens / name)
-    recorder = {"folder": str(folder.resolve()), "users": names, "page": page is not None}
+    recorder = {"folder": str(folder.resolve()), "users": names}
     view = {
-        "users": names,
         "session.emulated": True,
         "session.name": scenario.name,
         "session.description": scenario.description,
@@ -142,15 +139,13 @@ def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
     return [[node.ros_name for node in planned if node.kind == kind] for kind in kinds]
 
 
-def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
-    """Return the numbers of publishers and subscribers of every topic, a view's not counted."""
-    recorders = 1 if recorded else 0
-    names = ["/server/trace", "/server/reception", "/netem/fates"]
-    names += [f"/{user.name}/{end}" for user in scenario.users for end in ("trace", "reception")]
-    ends = dict.fromkeys(names, (1, recorders))
-    for user in scenario.users:
-        for direction in ("up", "down"):
-            for end in (f"/{user.name}", f"/server/{user.name}"):
-                topic = f"{end}/wave_{direction}"
-                ends |= {topic: (1, 1), record_of(topic): (1, recorders)}
-    return ends
+def topics(scenario: Scenario) -> list[str]:
+    """Return the topics that need both ends before a session begins: one publisher, and the
+    recorder or the receiver of the waves.
+    """
+    found = ["/server/trace", "/server/reception", "/netem/fates"]
+    for user in (user.name for user in scenario.users):
+        found += [f"/{user}/trace", f"/{user}/reception"]
+        waves = [f"{end}/{user}/wave_{way}" for end in ("", "/server") for way in ("up", "down")]
+        found += [*waves, *map(record_of, waves)]
+    return found

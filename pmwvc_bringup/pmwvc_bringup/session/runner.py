@@ -14,8 +14,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qs, urlsplit
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.live import Live
@@ -51,9 +50,8 @@ class StartError(PmwvcError):
 class NodeSession:
     """One session of real nodes, in a folder that exists and is empty.
 
-    ``page`` is where its page is served, once it is with the port and token in use; None: nowhere.
-    ``browser``: whether it is opened where there is a desktop. ``restart`` are the settings with
-    which a page wants the session to begin again; None otherwise.
+    ``page`` is where its page is served (None: nowhere); ``browser``: whether it is opened where
+    there is a desktop.
     """
 
     def __init__(
@@ -64,10 +62,9 @@ class NodeSession:
         self.children, self.notes = Children(), Notes(console)
         self.interrupts = Interrupts()
         self.interrupts.count = len(INTERRUPTS)
-        self.restart: dict[str, Any] | None = None
-        self._shows, self._browser = page is not None, browser
+        self._shown, self._browser = page is None, browser
         self.nodes: list[plan.NodePlan] = []
-        self.ends = plan.topic_ends(scenario)
+        self.topics = plan.topics(scenario)
 
     def run(self) -> bool:
         """Run the session; return whether it took place: False when it was interrupted before its
@@ -85,7 +82,7 @@ class NodeSession:
             users = [user.name for user in self.scenario.users]
             write_session(Path(tokens), users)
             self.nodes = plan.nodes(
-                self.scenario, folder=self.folder, paused=True, tokens=Path(tokens), page=self.page
+                self.scenario, folder=self.folder, tokens=Path(tokens), page=self.page
             )
             self.console.print(f"other ROS programs join this session with ROS_DOMAIN_ID={domain}")
             environment = node_environment(os.environ, domain=domain, log_folder=logs / "ros")
@@ -97,7 +94,7 @@ class NodeSession:
                 os.environ.update(environment)
                 from pmwvc_bringup.session.monitor import watching
 
-                with watching(users, restarts=self._shows) as monitor:
+                with watching(users) as monitor:
                     with doing("connecting the nodes"):
                         begun = self._begin(monitor)
                     if begun:
@@ -140,7 +137,7 @@ class NodeSession:
 
         names, groups = [node.ros_name for node in self.nodes], plan.start_order(self.nodes)
         try:
-            return monitor.begin(names, self.ends, groups, go_on=go_on, unready=unready)
+            return monitor.begin(names, self.topics, groups, go_on=go_on, unready=unready)
         except StartError:
             raise
         except PmwvcError as error:
@@ -158,15 +155,11 @@ class NodeSession:
                     self.notes.ended(child)
                 if not self.children.running():
                     return
-                if self._shows:
+                if not self._shown:
                     self._show_page()
-                    self.restart = monitor.restart()
-                    if self.restart is not None:
-                        self.console.print("beginning again")
-                        return
                 if now >= publishers_at:
                     publishers_at += PUBLISHERS_PERIOD_S
-                    others = monitor.other_publishers(self.ends, disturber.again)
+                    others = monitor.other_publishers(self.topics, disturber.again)
                     for topic, what in others.items():
                         self.notes.stranger(topic, what)
                 if now >= status_at:
@@ -186,12 +179,8 @@ class NodeSession:
 
     def _show_page(self) -> None:
         """Print the page's address, and open it, once its server has said it."""
-        if self.page is None or self.page.token:
-            return
         if address := address_in(self.children.children["view"].log_tail(lines=1000)):
-            parts = urlsplit(address)
-            token = parse_qs(parts.query)["token"][0]
-            self.page = plan.Page(self.page.host, parts.port or 0, token)
+            self._shown = True
             show(address, self.console, browser=self._browser)
 
     def _stop_nodes(self) -> None:

@@ -76,12 +76,6 @@ def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
     raise PmwvcError("every ROS domain from 1 to 101 is in use on this machine")
 
 
-def running_domains() -> list[int]:
-    """Return the ROS domains of the sessions that run on this machine."""
-    with contextlib.ExitStack() as probes:
-        return [n for n in range(102) if not _held(f"\0pmwvc-domain-{n}", probes)]
-
-
 def _held(
     address: str | tuple[str, int], until: contextlib.ExitStack, kind: int = socket.SOCK_STREAM
 ) -> bool:
@@ -139,10 +133,6 @@ def own_environment(environment: Mapping[str, str]) -> dict[str, str]:
     }
 
 
-# Of a core at 1 kHz: a master takes 12 to 25 %, its share of the other nodes up to 15 %.
-USER_CORES, TICK_S = 0.3, 0.001
-
-
 def check(scenario: Scenario) -> None:
     """Refuse a scenario that could not run: ScenarioError with every file and plug-in that cannot
     be used, each once, with its first user.
@@ -185,22 +175,9 @@ def require_ros() -> None:
     if importlib.util.find_spec("rclpy") is None:
         raise PmwvcError(
             "ROS 2 is not in this Python environment (no rclpy): run 'make setup' in the source "
-            "tree, or source an installed ROS 2; only run, node and the view of a running session "
-            "need it, 'pmwvc simulate' and all other commands do not"
+            "tree, or source an installed ROS 2; only run and node need it, 'pmwvc simulate' and "
+            "all other commands do not"
         )
-
-
-def too_much(scenario: Scenario, *, cores: int, busy: float) -> list[str]:
-    """Return a warning, in a sentence, of a live session for which the cores of this machine are
-    too few; ``busy`` of them have other work.
-    """
-    needed = len(scenario.users) * USER_CORES * TICK_S / scenario.tick_s
-    if needed + busy <= cores:
-        return []
-    return [
-        f"Warning: this session needs about {needed:.1f} cores; this machine has {cores}, with a "
-        f"load of {busy:.1f}: loops will be late. End other programs, or take fewer users."
-    ]
 
 
 def notes(scenario: Scenario) -> list[str]:

@@ -5,7 +5,6 @@ table or as a line, and the verdict after it.
 """
 
 import argparse
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,11 +90,7 @@ def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) 
     console.print(f"{scenario.name}: {what}, {users}, {scenario.controller}")
     with doing("predicting"):
         lines = [*prediction_text.lines(scenario, live=live)]
-    if live:
-        cores = len(os.sched_getaffinity(0))
-        lines += surroundings.too_much(scenario, cores=cores, busy=os.getloadavg()[0])
-    else:
-        lines += surroundings.notes(scenario)
+    lines += [] if live else surroundings.notes(scenario)
     for line in lines:
         console.print(f"  {line}", markup=False)
     console.print(f"session folder: {folder}", markup=False)

@@ -144,12 +144,12 @@ PRESETS = {
 }
 
 
-def link_settings(name: str, directions: tuple[str, ...] = ("up", "down")) -> dict[str, Any]:
-    """Return the parameters of a preset by dotted name (``link.up.delay_s``); else KeyError."""
+def link_settings(name: str, direction: str | None = None) -> dict[str, Any]:
+    """Return a preset's parameters by dotted name (``link.up.delay_s``), of one way or both."""
     preset = PRESETS[name]
     return {
-        f"link.{direction}.{field}": getattr(getattr(preset, direction), field)
-        for direction in directions
+        f"link.{way}.{field}": getattr(getattr(preset, way), field)
+        for way in ([direction] if direction else DIRECTIONS)
         for field in specs(LinkParams)
     }
 

@@ -181,3 +181,15 @@ class MasterParams(Validated):
         if self.rises < 1.0:
             found.append(f"contact_impedance = {self.contact_impedance:g}: must be >= impedance")
         return found
+
+
+# What ``master.preset`` stands for (docs/tuning.md).
+OF_PRESET = ("impedance", "contact_impedance", "position.adapts", "position.storage_j")
+PRESETS = {
+    name: {f"master.{each}": value for each, value in zip(OF_PRESET, values, strict=True)}
+    for name, values in (
+        ("even", (25.0, None, False, 0.0)),  # as in the dissertation
+        ("light", (8.0, 12.0, True, 0.005)),  # to carry
+        ("firm", (12.0, 25.0, True, 0.005)),  # to press on walls
+    )
+}

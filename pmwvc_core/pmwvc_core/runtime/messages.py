@@ -28,14 +28,10 @@ OF_OBJECT = ("x_o", "xd_o", "target")  # of a step
 
 _UINT32 = 0xFFFFFFFF
 _OURS = ("Wave", "MasterTrace", "ServerTrace", "PacketFate", "Reception")
-_PACKAGES = {
-    **{"Time": "builtin_interfaces", "Header": "std_msgs"},
-    **dict.fromkeys(("DiagnosticArray", "DiagnosticStatus", "KeyValue"), "diagnostic_msgs"),
-    **dict.fromkeys(_OURS, "pmwvc_msgs"),
-}
+_PACKAGES = {"Time": "builtin_interfaces", **dict.fromkeys(_OURS, "pmwvc_msgs")}
 
 
-# Message classes by name; ``sequence(values, kind)`` by typecode or numpy type; ``octet``: a byte.
+# Message classes by name; ``sequence(values, kind)`` by typecode or numpy type.
 MessageTypes: TypeAlias = SimpleNamespace
 
 
@@ -44,7 +40,6 @@ def live_types() -> MessageTypes:
     return MessageTypes(
         **{n: getattr(import_module(f"{package}.msg"), n) for n, package in _PACKAGES.items()},
         sequence=lambda values, _: values,
-        octet=lambda value: bytes((value,)),
     )
 
 
@@ -53,7 +48,6 @@ def types_from(classes: Mapping[str, Any]) -> MessageTypes:
     return MessageTypes(
         **{n: classes[f"{package}/msg/{n}"] for n, package in _PACKAGES.items()},
         sequence=lambda values, kind: np.array(values, dtype=kind),
-        octet=int,
     )
 
 
@@ -96,17 +90,6 @@ def packet_fates(
     """Return a block of records, one entry a record in every column, as a PacketFate message."""
     found = {name: types.sequence(columns[name], kind) for name, kind in COLUMNS.items()}
     return types.PacketFate(stamp=time_message(types, stamp_ns), link=link, first=first, **found)
-
-
-def diagnostic(
-    types: MessageTypes, *, stamp_ns: int, level: int, values: Mapping[str, object], **fields: str
-) -> Any:
-    """Return the health of one node as a DiagnosticArray (level 0 fine, 1 warning, 2 error)."""
-    pairs = [types.KeyValue(key=key, value=str(value)) for key, value in values.items()]
-    level = types.octet(level)
-    status = types.DiagnosticStatus(level=level, hardware_id="", values=pairs, **fields)
-    header = types.Header(stamp=time_message(types, stamp_ns), frame_id="")
-    return types.DiagnosticArray(header=header, status=[status])
 
 
 def master_trace(

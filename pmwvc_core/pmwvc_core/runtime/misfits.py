@@ -51,13 +51,12 @@ def _trace(message: Trace, wanted: Mapping[str, int], place: str, count: int) ->
     if len(set(names)) != len(names):
         yield "an account has the name of another"
     yield from _lengths(message, {"accounts": len(names), **wanted})
-    if hasattr(message, "taken_seq"):  # a recording from before has none
-        places = getattr(message, f"taken_{place}")
-        if max(places, default=0) >= count:
-            yield f"taken_{place} = {max(places)}"
-        looked = {"looked": count} if place == "tick" else {}
-        taken = dict.fromkeys(("taken_seq", "taken_epoch"), len(places))
-        yield from _lengths(message, taken | looked)
+    places = getattr(message, f"taken_{place}")
+    if max(places, default=0) >= count:
+        yield f"taken_{place} = {max(places)}"
+    looked = {"looked": count} if place == "tick" else {}
+    taken = dict.fromkeys(("taken_seq", "taken_epoch"), len(places))
+    yield from _lengths(message, taken | looked)
 
 
 def _master_trace(message: MasterTrace) -> Iterator[str]:

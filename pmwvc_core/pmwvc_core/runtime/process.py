@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -28,7 +29,6 @@ from rclpy.utilities import remove_ros_args
 
 from pmwvc_core.errors import ParameterError, PmwvcError
 from pmwvc_core.params.names import hint
-from pmwvc_core.runtime.messages import diagnostic, live_types
 from pmwvc_core.runtime.services import StartGate
 
 OK, WARN, ERROR = 0, 1, 2
@@ -86,15 +86,16 @@ def publish_health(
     executor's thread, returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and values
     by name.
     """
-    types = live_types()
-    publisher = node.create_publisher(types.DiagnosticArray, "/diagnostics", 10)
+    publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
     name = node.get_fully_qualified_name()
 
     def publish() -> None:
         level, message, values = collect()
-        stamp_ns = node.get_clock().now().nanoseconds
-        health = {"name": name, "level": level, "message": message, "values": values}
-        publisher.publish(diagnostic(types, stamp_ns=stamp_ns, **health))
+        pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+        status = DiagnosticStatus(name=name, level=bytes((level,)), message=message, values=pairs)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = node.get_clock().now().to_msg()
+        publisher.publish(array)
 
     node.create_timer(1.0, publish)
 

@@ -7,7 +7,7 @@ ends its own publishers and subscriptions have matched, which only the node itse
 import json
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -77,14 +77,11 @@ def matched(node: Node) -> dict[str, dict[str, int]]:
     }
 
 
-def unmatched(
-    matches: Mapping[str, Mapping[str, int]], ends: Mapping[str, tuple[int, int]]
-) -> list[str]:
-    """Return which of ``ends`` are unmatched: topic -> numbers of publishers, subscribers."""
-    others = ((PUBLISHERS, "subscribers", 1), (SUBSCRIPTIONS, "publishers", 0))
+def unmatched(matches: Mapping[str, Mapping[str, int]], topics: Sequence[str]) -> list[str]:
+    """Return which of some topics have no other end of a node's publishers or subscriptions."""
     return [
-        f"{topic}: {count} of {ends[topic][index]} {other} matched"
-        for side, other, index in others
+        f"{topic}: no {other} matched"
+        for side, other in ((PUBLISHERS, "subscriber"), (SUBSCRIPTIONS, "publisher"))
         for topic, count in matches[side].items()
-        if topic in ends and count < ends[topic][index]
+        if topic in topics and not count
     ]

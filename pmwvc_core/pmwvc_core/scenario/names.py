@@ -51,7 +51,8 @@ def _unknown(number: int, rest: str) -> str:
     if symbols:
         near = f"; did you mean {min(symbols, key=lambda path: path.count('.'))}?"
     else:
-        near = hint(rest, [*known, *(f"link.{field}" for field in (*specs(LinkParams), "preset"))])
+        links = (f"link.{field}" for field in (*specs(LinkParams), "preset"))
+        near = hint(rest, [*known, *links, "master.preset"])
     if number:
         near = near.replace("; did you mean ", f"; did you mean user{number}.")
     return f"there is no such parameter{near}"

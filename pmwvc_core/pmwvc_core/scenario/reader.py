@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """From a mapping to a :class:`Scenario`: every mistake found at once, each with path, value, range
-and nearest name. Later sources win: the file, its ``userN`` blocks, the overrides. ``link.preset``
-stands for all settings of a link; settings of the same source beside it win.
+and nearest name. Later sources win: the file, its ``userN`` blocks, the overrides. A preset stands
+for all settings of a link, or for the impedances of a master; those beside it in a source win.
 """
 
 import re
@@ -11,7 +11,7 @@ from typing import Any
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS, link_settings
-from pmwvc_core.params import Spec, specs
+from pmwvc_core.params import Spec, ports, specs
 from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import assembled, flat_mapping, hint
 from pmwvc_core.scenario.names import over_time, resolved
@@ -19,8 +19,7 @@ from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
 # Stand in for a required value that is wrong, so that the rest can still be checked.
 PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
-PRESET_NAME = re.compile(r"(user[1-9][0-9]*\.)?link\.(?:\*\.|(up|down)\.)?preset")
-PRESET = Spec(str, description="network by name", choices=tuple(PRESETS))
+PRESET_NAME = re.compile(r"(user[1-9]\d*\.|)(?:(master)|link(?:\.\*|\.(up|down)|))\.preset")
 
 # Recordings of before have them: with other values links did what they no longer do.
 GONE = re.compile(
@@ -85,13 +84,14 @@ class _Values:
         others: dict[str, Any] = {}
         for name, value in values.items():
             match = PRESET_NAME.fullmatch(name)
+            user, master, direction = match.groups() if match else ("", "", "")
+            known: Mapping[str, Any] = ports.PRESETS if master else PRESETS
             if match is None:
                 others[name] = value
-            elif problem := PRESET.problem(value):
-                self.problems.append(f"{name} = {problem}{hint(str(value), PRESETS)}")
+            elif problem := Spec(str, choices=tuple(known)).problem(value):
+                self.problems.append(f"{name} = {problem}{hint(str(value), known)}")
             else:
-                user, direction = match[1] or "", match[2]
-                settings = link_settings(value, (direction,) if direction else ("up", "down"))
+                settings = known[value] if master else link_settings(value, direction)
                 found |= {f"{user}{path}": setting for path, setting in settings.items()}
         return found | others
 

@@ -217,13 +217,9 @@ class Conditions:
         """Return a link of the user with a number (from 0): 0 up, 1 down, to a receiver."""
         user = scenario.users[index]
         recorded = self.links.get(f"{user.name}/{('up', 'down')[direction]}")
-        return SimulatedLink(
-            recorded() if recorded else (user.link_up, user.link_down)[direction],
-            seed=(scenario.seed, index, direction),
-            inbox=inbox,
-            dof=scenario.dof,
-            direction=direction,
-        )
+        link = recorded() if recorded else (user.link_up, user.link_down)[direction]
+        seed = scenario.seed, index, direction
+        return SimulatedLink(link, seed=seed, inbox=inbox, dof=scenario.dof, direction=direction)
 
 
 FROM_SCENARIO = Conditions()

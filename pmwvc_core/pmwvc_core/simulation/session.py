@@ -13,7 +13,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pmwvc_core.frame import Frame, ServerRow
-from pmwvc_core.numeric import Array
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.scenario.names import over_time
 from pmwvc_core.scenario.scenario import Scenario
@@ -81,9 +80,9 @@ class SteppedSession(VirtualTime):
     def traces(self) -> SessionTraces:
         """Return what the session leaves behind."""
         faults, looks_ns = self.server.faults, [step.ran_ns for step in self.steps]
-        names = [user.settings.name for user in self.users]
         traces = SessionTraces("simulated", self.ticks * self.tick_s, [], None)
-        for name, user, own in zip(names, self.users, self.user_notes, strict=True):
+        for user, own in zip(self.users, self.user_notes, strict=True):
+            name = user.settings.name
             of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s}
             of |= {"first": user.ticks.first, "events": user.loop.s.limits.events}
             traces.users.append(own.traces(name, **of))
@@ -93,28 +92,20 @@ class SteppedSession(VirtualTime):
             ):
                 add_link(traces, name, way, *link.traces(looks, end.other_controller))
                 if link.link.failed:  # plug-ins
-                    of_links = traces.metadata.setdefault("links", {})
-                    of_links[f"{name}/{way}"] = link.link.failed
-        traces.server = stepped_server(self._scenario, self.steps, self._began_s())
+                    traces.metadata.setdefault("links", {})[f"{name}/{way}"] = link.link.failed
+        began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
+        traces.server = stepped_server(self._scenario, self.steps, began_s)
         if self._prescribed:
             traces.metadata["server_lateness_s"] = traces.server.looked_ns * 1e-9
         if faults.steps and faults.replaced:
             contained = {"contained_steps": str(faults.steps), "last_fault": faults.text}
             traces.metadata[faults.what] = contained
         elif faults.steps:
-            what = f"{faults.steps} steps: {faults.text}"
-            event = {"time_s": None, "who": "server", "kind": "environment", "what": what}
-            traces.events.append(event)
+            what = {"kind": "environment", "what": f"{faults.steps} steps: {faults.text}"}
+            traces.events.append({"time_s": None, "who": "server", **what})
         if self.steps:
             traces.events += learned_events(self._scenario, self.steps[-1].arrays[1])
         return traces
-
-    def _began_s(self) -> Array:
-        ticks = [step.tick for step in self.steps]
-        periods_s = [step.period_s for step in self.steps]
-        if self._prescribed or len(set(periods_s)) > 1:
-            return np.array(ticks, dtype=np.float64) * self.tick_s
-        return np.asarray(np.arange(len(ticks)) * np.array(periods_s))
 
 
 def simulate_one(

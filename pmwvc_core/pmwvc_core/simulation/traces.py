@@ -132,7 +132,7 @@ def traces_of(run: Run) -> SessionTraces:
     period_s = scenario.server.period_s
     server = server_traces(
         scenario, book.steps, book.energies, book.presence, periods_s=np.full(count, period_s),
-        time_s=np.arange(count, dtype=np.float64) * period_s,
+        time_s=scenario.tick_s * (scenario.period_ticks * np.arange(count, dtype=np.float64)),
         changes=np.zeros(count, dtype=np.int64), looked_ns=np.zeros(count, dtype=np.int64),
     )  # fmt: skip
     users, duration_s = range(len(names)), book.signals.shape[2] * scenario.tick_s

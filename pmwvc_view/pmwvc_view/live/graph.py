@@ -8,7 +8,7 @@ import asyncio
 import math
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -147,13 +147,11 @@ class Graph:
         return renamed(scenario, self.users)
 
 
-def find(
-    node: Node, users: Sequence[str], stop: threading.Event, *, emulated: bool
-) -> Graph | None:
+def find(node: Node, stop: threading.Event, *, emulated: bool) -> Graph | None:
     """Wait for a session, and return it; None when asked to stop before.
 
-    Without names of users they are those of its server. An emulator that is not expected is
-    looked for only a while. ParameterError where there are several sessions, or other users.
+    An emulator that is not expected is looked for only a while. ParameterError where there are
+    several sessions.
     """
     while not stop.is_set():
         if len(prefixes := _sessions(node)) > 1:
@@ -161,7 +159,7 @@ def find(
             how = "choose one by its namespace (-r __ns:=/NAME)"
             raise ParameterError(f"several sessions: {names}; {how}")
         if prefixes:
-            graph = _read(node, prefixes[0], users, stop, emulated=emulated)
+            graph = _read(node, prefixes[0], stop, emulated=emulated)
             if graph is not None:
                 return graph
         else:
@@ -184,17 +182,13 @@ def _sessions(node: Node) -> list[str]:
     return sorted(found)
 
 
-def _read(
-    node: Node, prefix: str, users: Sequence[str], stop: threading.Event, *, emulated: bool
-) -> Graph | None:
+def _read(node: Node, prefix: str, stop: threading.Event, *, emulated: bool) -> Graph | None:
     """Return a session whose nodes have all answered; None where one is not there yet."""
     graph = Graph(prefix, Parameters(node, stop))
     read = graph.parameters.read
     try:
         graph.values[graph.server] = read(graph.server)
         graph.users = list(graph.values[graph.server]["users"])
-        if users and list(users) != graph.users:
-            raise ParameterError(f"users = {list(users)}: the server has {graph.users}")
         for master in map(graph.master, graph.users):
             graph.values[master] = read(master)
         until_s = time.monotonic() + (math.inf if emulated else EMULATOR_S)
@@ -204,8 +198,6 @@ def _read(
             time.sleep(LOOK_S)
         if found:  # an emulator publishes the fates of packets
             graph.values[graph.netem] = read(graph.netem)
-    except ParameterError:
-        raise
     except PmwvcError:
         return None
     return graph

@@ -3,36 +3,33 @@
 """The session of a page that runs as ROS nodes."""
 
 import asyncio
-import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rclpy.node import Node
-from std_msgs.msg import String
 
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
-from pmwvc_view.controls import Control, Setting, Settings
+from pmwvc_view.controls import Control, Setting
 from pmwvc_view.live.graph import AboutSession, Graph
-from pmwvc_view.live.topics import HELD_QOS, Inlets, PublishedHand
+from pmwvc_view.live.topics import Inlets, PublishedHand
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, RunningSession, ramped
+from pmwvc_view.session import Handled, Session, ramped
 
-RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
 SILENT_S = 10.0  # without a trace: the session is over; a busy machine may stall for seconds
 
 
-class LiveSession(RunningSession):
+class LiveSession(Session):
     """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread."""
 
-    def __init__(
-        self, node: Node, graph: Graph, about: AboutSession, *, snapshot_s: float
-    ) -> None:
-        super().__init__(live=True, snapshot_s=snapshot_s)
+    can = Session.can - {"restart"}
+
+    def __init__(self, node: Node, graph: Graph, about: AboutSession) -> None:
+        super().__init__(live=True)
         self._node, self._graph, self._about = node, graph, about
         self._duration_s, self.report = about.duration_s or None, about.report
         scenario = graph.scenario(about)
@@ -45,7 +42,6 @@ class LiveSession(RunningSession):
             for user in scenario.users
             if user.operator.from_outside
         }
-        self._restarts = node.create_publisher(String, f"{graph.prefix}/{RESTART}", HELD_QOS)
 
     def _remote(self) -> Sequence[str]:
         return list(self._hands)
@@ -117,19 +113,6 @@ class LiveSession(RunningSession):
         """Let the server stand still, or go on: its users leave, and join anew afterwards."""
         why = await self._graph.parameters.set(self._graph.server, {"paused": paused})
         return Handled(not why, why or ("paused" if paused else "running"))
-
-    def restart(self, values: Settings) -> Handled:
-        """Ask whoever started the session to begin again with these settings."""
-        if not self._restarts.get_subscription_count():
-            text = "only a session of 'pmwvc run --view' can be started again from its page"
-            return Handled(False, text)
-        try:
-            controls.changed(self._scenario, values)
-        except PmwvcError as error:
-            return Handled(False, str(error))
-        self.back = True
-        self._restarts.publish(String(data=json.dumps(dict(values))))
-        return Handled(True, "beginning again")
 
     def close(self) -> None:
         """Open all hands, end the predictor."""

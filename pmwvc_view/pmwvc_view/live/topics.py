@@ -1,23 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The topics of a session: emptied into the feed of a page, and the hands of a page, published on
-``hand/target`` and ``hand/held`` of each user as bytes (CDR, little endian): a fifth of what
-message objects cost.
+``hand/target`` and ``hand/held`` of each user.
 
 Any program of the domain can publish on these topics: bytes that are no message, a message whose
 fields do not fit together, or of another shape than the session's, are skipped.
 """
 
-import contextlib
 import math
-import struct
 import time
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import Point, PointStamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
@@ -29,8 +25,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import Polled
-from pmwvc_core.transport.receiver import ROUND_TRIP
-from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
+from pmwvc_msgs.msg import MasterTrace, PacketFate, Reception, ServerTrace
 from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import AVATAR, F_H, KEPT, NS, OBJECT, TraceBlock, TraceStep
@@ -129,9 +124,11 @@ class Inlets:
         }
         self._steps = polled(ServerTrace, f"{prefix}/server/trace", raw=True)
         self._fates = polled(PacketFate, f"{prefix}/netem/fates")
-        self._health = polled(DiagnosticArray, "/diagnostics")
+        self._receptions = {
+            user: polled(Reception, f"{prefix}/{user}/reception") for user in graph.users
+        }
         self._events = polled(ParameterEvent, "/parameter_events")
-        self.round_trips: dict[str, float | None] = {}
+        self.round_trips: dict[str, float] = {}
         self.silent_s, self._emptied_s = 0.0, time.monotonic()
         self.changed = False
 
@@ -163,26 +160,16 @@ class Inlets:
             packets, age_ns = packets_of(message), abs(self.now_ns() - zero_ns)
             if len(packets) and abs(packets[-1, 1] - zero_ns) < NEAR_NS + age_ns:
                 feed.on_packets(number, packets)
-        self._take_health()
+        for user, polled in self._receptions.items():
+            for message in polled:
+                if not self._graph.emulated:  # an emulator's packets tell more often
+                    self.round_trips[f"{user}.round_trip"] = message.round_trip
         for event in self._events:
             known = self._graph.values.get(event.node)
             if known is not None:
                 for each in event.changed_parameters:
                     known[each.name] = parameter_value_to_python(each.value)
                 self.changed = True
-
-    def _take_health(self) -> None:
-        """Take what masters report; with an emulator the packets tell more often."""
-        owners = {self._graph.master(user): user for user in self._graph.users}
-        for message in self._health:
-            for status in message.status:
-                user = owners.get(status.name)
-                if user is None or self._graph.emulated:
-                    continue
-                found = [pair.value for pair in status.values if pair.key == ROUND_TRIP]
-                self.round_trips[f"{user}.round_trip"] = None
-                with contextlib.suppress(IndexError, ValueError):  # it knows none
-                    self.round_trips[f"{user}.round_trip"] = 1e-3 * float(found[0])
 
 
 def packets_of(message: Any) -> Array:
@@ -202,14 +189,14 @@ def link_number(link: str, users: Sequence[str]) -> int | None:
 TARGET_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 HELD_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
 HELD_S = 0.13  # between two repetitions of what holds
-_TARGET = struct.Struct("<4siIIc3x3d")  # encapsulation, stamp, empty name of a frame, point
 
 
-def target_bytes(position: Sequence[float], stamp_ns: int) -> bytes:
-    """Return a target [m] as a serialized PointStamped; axes that there are not are zero."""
-    sec, nanosec = divmod(stamp_ns, 1_000_000_000)
-    point = (*position[:3], 0.0, 0.0)[:3]
-    return _TARGET.pack(b"\x00\x01\x00\x00", sec, nanosec, 1, b"\0", *point)
+def target_message(position: Sequence[float], stamp_ns: int) -> PointStamped:
+    """Return a target [m] as a message; axes that there are not are zero."""
+    message = PointStamped()
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, NS)
+    message.point = Point(**dict(zip("xyz", map(float, position), strict=False)))
+    return message
 
 
 class PublishedHand:
@@ -234,4 +221,4 @@ class PublishedHand:
         if not closed or now_s - self._flagged_s > HELD_S:  # one started meanwhile missed it
             self._flagged_s = now_s
             self._flags.publish(Bool(data=True))
-        self._targets.publish(target_bytes(position, time.time_ns()))
+        self._targets.publish(target_message(position, time.time_ns()))

@@ -108,8 +108,7 @@ const handlers = {
   values: ({ values }) => page.settings.changed(values),
   text: ({ kind: _, ...text }) => { page.session.text = text; page.spoken.report(); },
   play: (state) => page.timeline.played(state),
-  ended: ({ text, back, report }) => {
-    if (back) { notice(text); return; }
+  ended: ({ text, report }) => {
     socket.end();
     page?.close();
     page = null; // its last picture stays

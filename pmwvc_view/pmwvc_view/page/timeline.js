@@ -18,7 +18,7 @@ export class Timeline {
     at("pause").onclick = at("play").onclick = () => this.request("pause", { paused: !this.paused });
     at("restart").onclick = () => this.request("restart", { values: {} });
     at("speed").onchange = () => this.request("speed", { ratio: Number(at("speed").value) });
-    at("seek").oninput = () => { this.dragged = true; this.go(Number(at("seek").value)); };
+    at("seek").oninput = () => { this.dragged = true; this.request("seek", { time_s: Number(at("seek").value) }); };
     at("seek").onchange = () => { this.dragged = false; };
     this.show();
   }
@@ -26,19 +26,6 @@ export class Timeline {
   async request(kind, fields) {
     const answer = await this.socket.request(kind, fields);
     if (!answer.done) this.notify(answer.text);
-  }
-
-  /** Go to a time; while one request is under way only the newest wish is kept. */
-  async go(time_s) {
-    this.wish_s = time_s;
-    if (this.going) return;
-    this.going = true;
-    while (this.wish_s !== null) {
-      const wish_s = this.wish_s;
-      this.wish_s = null;
-      await this.request("seek", { time_s: wish_s });
-    }
-    this.going = false;
   }
 
   played({ paused, ratio }) {

@@ -90,13 +90,11 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {  # of each kind of request
     "ask": ("id", "values"),  # what the exact model says of these settings
     "pause": ("id", "paused"),  # let time stand still, or go on
     "restart": ("id", "values"),  # begin again from the start, with these settings changed
-    "seek": ("id", "time_s"),  # go to a time of a recorded session [s]
-    "speed": ("id", "ratio"),  # play a recorded session at this ratio of its speed
     "seen": ("seq",),  # acknowledge all snapshots up to this number
 }
 _CHECKS: Mapping[str, Callable[[Any], Any]] = {  # by the name of a field
     "id": _count, "user": _name, "position": _position, "path": _name, "value": _setting,
-    "values": _settings, "paused": _flag, "time_s": _number, "ratio": _number, "seq": _count,
+    "values": _settings, "paused": _flag, "seq": _count,
 }  # fmt: skip
 
 

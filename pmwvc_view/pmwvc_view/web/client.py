@@ -116,7 +116,6 @@ class Client:
             await self._socket.close(CloseCode.GOING_AWAY)
 
 
-SETTLED = 64  # acknowledgements: what can wait begins, the page is there
 MOST_AT_ONCE = 8  # changes of one page that are under way
 AGAIN_S = 1.0  # between two beginnings
 
@@ -127,7 +126,6 @@ class Handling:
     def __init__(self, session: Session, tell_users: Callable[[], None]) -> None:
         self._session, self._tell_users = session, tell_users
         self._owners: dict[str, Client | None] = {}  # of every handle that can be taken
-        self._shown = 0
         self._tasks: dict[asyncio.Task[None], Client] = {}
         self._listened_s = self._began_s = 0.0
         self.begin()
@@ -171,9 +169,6 @@ class Handling:
         """Do what a page asks for; answers that take their time come later."""
         if request.kind == "seen":
             client.seen(request.values["seq"])
-            self._shown += 1
-            if self._shown == SETTLED:
-                self._session.expect_questions()
         elif request.kind == "target":
             self._target(client, **request.values)
         elif (answer := self._done(client, request)) is not None:

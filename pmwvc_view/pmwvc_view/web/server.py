@@ -20,7 +20,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from pmwvc_core.runtime.interrupts import Interrupts
-from pmwvc_view import protocol
+from pmwvc_view import SNAPSHOT_S, protocol
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.web import access
@@ -41,9 +41,9 @@ class PageServer:
     """
 
     def __init__(
-        self, session: Session, *, host: str, port: int, token: str, snapshot_s: float
+        self, session: Session, *, host: str, port: int, token: str, poll_s: float = SNAPSHOT_S
     ) -> None:
-        self._session, self._snapshot_s = session, snapshot_s
+        self._session, self._poll_s = session, poll_s
         self._host, self.port, self._token = host, port, token
         self._access = access.Access(host, token)
         self._clients: dict[ServerConnection, Client] = {}
@@ -84,7 +84,7 @@ class PageServer:
             await self._pace(stop)
         finally:
             text = self._session.ended or "the page's server was ended"
-            ended = {"kind": "ended", "text": text, "back": self._session.back}
+            ended = {"kind": "ended", "text": text}
             if access.is_loopback(self._host):
                 ended["report"] = self._session.report
             self._tell(ended)
@@ -121,7 +121,7 @@ class PageServer:
                         self._news[kind] = dict(content)
                         self._tell({"kind": kind, **content})
             polls += 1
-            due_s = max(due_s + self._snapshot_s, now_s - STARTED_LATE_S)
+            due_s = max(due_s + self._poll_s, now_s - STARTED_LATE_S)
             if self._clients:
                 await asyncio.sleep(max(due_s - loop.time(), LISTEN_S))
             else:
@@ -142,8 +142,7 @@ class PageServer:
 
     def _description(self, client: Client) -> dict[str, Any]:
         """Return the session message for a page."""
-        holders = self._handling.holders(client)
-        return self._session.message(holders=holders, snapshot_s=self._snapshot_s)
+        return self._session.message(self._handling.holders(client))
 
     def _answered(self, _: ServerConnection, request: Request) -> Response | None:
         """Return the answer to a request; None for a socket that may connect."""
