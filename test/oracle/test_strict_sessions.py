@@ -206,8 +206,8 @@ def test_the_report_shows_both_ways_of_the_link_and_no_filter_that_is_not_there(
     traces, result = simulated(scenario), judged(scenario)
     for panel in link_charts.energy(traces, scenario).panels:
         assert [line.label[:4] for line in panel.lines] == ["up, ", "down"]
-    for user in result["users"]:
-        assert min(user["energy_up_min_j"], user["energy_down_min_j"]) >= LEAST_J
+    ways = [each for each in result["passivity"]["ports"] if each["part"] in ("up", "down")]
+    assert len(ways) == 4 and min(each["least_balance_j"] for each in ways) >= LEAST_J
     words = conditions(scenario, "simulated")
     assert "channel strict" in words and "filter" not in words and "hold" not in words
     plain = conditions(files.load("carry_16ms", settings_texts=["channel=plain"]), "simulated")

@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        5_120,
+        4_948,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -75,7 +75,7 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_709, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_515, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_442, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),

@@ -3,7 +3,7 @@
 """What a recording lacks makes no verdict: no hole makes a port or a component active."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.rewriting import raw, rewritten
 
@@ -43,6 +43,7 @@ interval = st.tuples(st.floats(0.0, LENGTH_S), st.floats(0.0, LENGTH_S)).map(sor
 
 
 @settings(max_examples=4)
+@example([("/user1/trace", [1.0, 2.0])])
 @given(st.lists(st.tuples(st.sampled_from(TRACES), interval), min_size=1, max_size=4))
 def test_a_hole_makes_nothing_active(recorded, tmp_path_factory, lacking):
     scenario, messages, whole = recorded

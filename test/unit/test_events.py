@@ -138,3 +138,15 @@ def test_a_missed_prediction_is_marked_with_numbers_and_tolerance():
     assert (missed["hit"], hit["hit"]) == (False, True)
     assert missed["measured"] == pytest.approx(missed["predicted"] + 5e-3, abs=1e-4)
     assert f"missed; tolerance {missed['tolerance'] * 1e3:.2f} mm" in missed["text"]
+
+
+def test_beyond_twenty_events_of_a_kind_the_others_are_one():
+    traces = handmade.session(duration_s=9.0)
+    user = traces.users[0]
+    for tick in range(1000, len(user.time_s) - 100, 300):
+        user.f_applied[tick] = 0.0
+    limits = [each for each in complete(traces, None) if each["kind"] == "limit"]
+    times = len(range(1000, len(user.time_s) - 100, 300))
+    assert times > 21 and len(limits) == 21
+    assert limits[-1]["what"].startswith(f"{times - 20} more times, the last: force limited for")
+    assert limits[-1]["time_s"] == user.time_s[1000 + 20 * 300]

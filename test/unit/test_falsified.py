@@ -38,6 +38,8 @@ CASES = {
     "tdpa": ("carry_16ms", "controller=tdpa"),
     "pspm": ("carry_16ms", "controller=pspm"),
     "strict": ("carry_16ms", "channel=strict", "link.loss=0.05"),
+    "follows": ("carry_16ms", "channel=strict", "master.contact_impedance=60"),
+    "first_order": ("carry_16ms", "master.filter.kind=first_order"),
 }
 MASTER = "x_m xd_m f_h f_m f_applied u_m u_m_lp v_m".split()
 SERVER = "x_o xd_o kinetic potential dissipated".split()
@@ -87,6 +89,8 @@ def unchecked(scenario):
         found["f_m"] = "nothing but the limits stands between it and the force applied"
     elif any(m.velocity_filter.is_on or m.bank.is_on for m in masters):
         found["f_m"] = "parts that answer a shortened wave change v_m with it"
+    elif any(m.rises > 1.0 for m in masters):
+        found["f_m"] = "with which impedance a tick ran is not on record"
     if scenario.strict or (waves and any(m.position.is_on or m.filter.means for m in masters)):
         found["u_m_lp"] = "packets are not its samples"
     if scenario.strict:

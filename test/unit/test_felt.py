@@ -155,7 +155,7 @@ def test_buzz_is_what_lies_above_60_hz_and_not_what_hands_do():
     assert felt_words(found._asdict()).startswith(text)
     result = summary(traces, handmade.scenario())
     assert result["users"][0]["buzz_n"] == found.buzz_n
-    assert text in story(traces, handmade.scenario(), result, None)
+    assert text in story(traces, handmade.scenario(), result)
     assert measures(traces, handmade.scenario())["buzz_n"] == found.buzz_n
 
 

@@ -10,7 +10,7 @@ from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.budget.parts import account_words, words_of
+from pmwvc_analysis.budget.parts import account_words
 from pmwvc_analysis.charts import chart_files, style
 from pmwvc_analysis.figures.energy_charts import accounts, grouped, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
@@ -60,7 +60,8 @@ def test_every_axis_has_a_row_and_more_than_two_users_have_rows_of_their_own(use
 
 def test_the_servers_curves_end_with_the_users():
     traces = handmade.session()
-    for user in traces.users:  # the masters end a second before the server
+    traces.duration_s = 3.0  # the masters end a second before the server
+    for user in traces.users:
         kept = user.time_s <= 3.0
         for name in ("time_s", "tick", "x_m", "xd_m", "f_h", "f_m", "f_applied"):
             setattr(user, name, getattr(user, name)[kept])
@@ -79,8 +80,7 @@ def test_energy_is_what_was_judged():
 def test_a_violation_is_marked_and_named(gain, marked):
     panel = energy(handmade.session(gain=gain), None).panels[0]
     assert bool(panel.bands) is marked
-    assert any("mJ" in note.text for note in panel.notes) is marked
-    assert "more out than in" in "".join(band.label for band in panel.bands) or not marked
+    assert any("mJ more out than in" in band.label for band in panel.bands) is marked
 
 
 def test_lost_packets_are_marked_and_counted():
@@ -153,15 +153,6 @@ def test_the_stack_of_energies_ends_where_the_hands_do():
     lowest = min(layer.low.min() for layer in panel.layers)
     assert highest == pytest.approx(top.max() * 1e3, rel=1e-2)
     assert lowest == pytest.approx(min(0.0, bottom.min() * 1e3), rel=1e-2, abs=1e-3)
-
-
-def test_components_that_generated_energy_have_a_panel_of_their_own():
-    quiet, wild = handmade.scenario(), handmade.scenario(server__coupling="one_step_delay")
-    assert len(whereabouts(simulate_one(quiet), quiet).panels) == 1
-    active = whereabouts(simulate_one(wild), wild).panels[1]
-    assert active.title == "Components that generated energy"
-    assert active.lines[0].label == f"server: {words_of('late_decoding')}"
-    assert active.lines[0].y.min() < 0.0
 
 
 def test_the_accounts_of_a_controller_are_drawn_only_where_it_has_some(live):

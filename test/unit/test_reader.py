@@ -311,7 +311,7 @@ def test_the_budget_says_once_where_a_server_that_started_twice_again_ends_it():
     found = budget(traces, handmade.scenario(duration_s=0.5))
     when_s = traces.server.time_s[steps // 3]
     notes = [note for note in found.notes if "started" in note]
-    assert notes == [f"server: it was started again at {when_s:.2f} s; the budget ends there"]
+    assert notes == [f"server: started again at {when_s:.2f} s; the budget ends there"]
     found.hands["user1"][-1] += 0.25
     named = {each["name"]: each["hand_j"] for each in found.summary()["users"]}
     assert named == {name: sums[-1] for name, sums in found.hands.items()}

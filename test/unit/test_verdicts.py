@@ -21,7 +21,7 @@ KEYS = set(
     "stability judged_until_s alignment receptions".split()
 )
 USER_KEYS = set(
-    "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
+    "name passive force_final_n force_peak_n "
     "avatar_force_final_n force_step_max_n force_step_max_s blows force_undisturbed_n "
     "force_least_n dropout_s coupled_ratio buzz_n disturbed_s coherency_rms_m drift_m "
     "drift_change_m kept_apart_m kept_apart ticks "

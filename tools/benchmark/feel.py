@@ -3,12 +3,12 @@
 """What the hands feel in a session, in a few numbers; of several users the worst one's."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.felt import felt
-from pmwvc_analysis.traces.sums import beyond
 from pmwvc_analysis.traces.thresholds import BUZZ_HZ
 from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Array
@@ -27,21 +27,20 @@ def peak_n(traces: SessionTraces) -> float:
     return max(float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users)
 
 
-def step_n(traces: SessionTraces, scenario: Scenario) -> float:
-    """Return the largest change of force within 1 ms [N], impacts left out."""
-    return max(felt(traces, user, scenario).force_step_max_n for user in traces.users)
+class Worst(NamedTuple):
+    """What :mod:`pmwvc_analysis.traces.felt` finds, of the worst user."""
+
+    step_n: float  # largest change of force within 1 ms
+    buzz_n: float | None  # None: nobody was coupled for long enough without an impact
+    dropout_s: float  # below half of the force of a hand that holds something
 
 
-def buzz_n(traces: SessionTraces) -> float:
-    """Return the RMS of the force above 60 Hz [N]."""
-    found = [0.0]
-    for user in traces.users:
-        force = user.f_applied[user.time_s >= BEGUN_S]
-        if not np.isfinite(force).all():
-            return float("inf")
-        fast = beyond(force, user.tick_s, BUZZ_HZ)
-        found.append(float(np.sqrt(np.mean(np.sum(fast**2, axis=-1)))))
-    return max(found)
+def worst(traces: SessionTraces, scenario: Scenario) -> Worst:
+    """Return what the worst user felt."""
+    found = [felt(traces, user, scenario) for user in traces.users]
+    buzz = [each.buzz_n for each in found if each.buzz_n is not None]
+    lost = [traces.duration_s if one.dropout_s is None else one.dropout_s for one in found]
+    return Worst(max(one.force_step_max_n for one in found), max(buzz, default=None), max(lost))
 
 
 def held_share(traces: SessionTraces, scenario: Scenario) -> float:
@@ -67,12 +66,6 @@ def contact_n(traces: SessionTraces) -> float | None:
         return None
     squares = [float(np.mean(np.sum(force**2, axis=-1))) for force in traces.server.f_s]
     return float(np.sqrt(np.mean(squares)))
-
-
-def dropout_s(traces: SessionTraces, scenario: Scenario) -> float:
-    """Return how long the force of hands that hold something was less than half [s]."""
-    each = [felt(traces, user, scenario).dropout_s for user in traces.users]
-    return max(traces.duration_s if one is None else one for one in each)
 
 
 def lag_s(traces: SessionTraces) -> float | None:

@@ -116,4 +116,5 @@ def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, ...]:
         if found is not None:
             late = found.time_s >= traces.duration_s - END_S
             ends.append(float(np.linalg.norm(found.error[late].mean(axis=0))))
-    return min(balances), max(ends), feel.peak_n(traces), feel.step_n(traces, scenario)
+    step_n = feel.worst(traces, scenario).step_n
+    return min(balances), max(ends), feel.peak_n(traces), step_n

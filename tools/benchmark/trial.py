@@ -113,8 +113,8 @@ def costed(trial: Trial, *, compiled: bool) -> Cost:
     if failed:
         return Cost(FAILED_COST)
     errors = coherency_m(traces), force_error_n(traces), path_m
-    buzz = feel.buzz_n(traces) / BUZZ_N
-    return Cost(min(cost(*errors, restless=restless) + buzz, FAILED_COST))
+    buzz_n = feel.worst(traces, scenario).buzz_n or 0.0
+    return Cost(min(cost(*errors, restless=restless) + buzz_n / BUZZ_N, FAILED_COST))
 
 
 def run(trial: Trial, *, compiled: bool = False) -> Outcome:
@@ -122,7 +122,7 @@ def run(trial: Trial, *, compiled: bool = False) -> Outcome:
     scenario = trial.scenario
     traces = simulated(scenario, compiled=compiled)
     failed, restless, path_m = _judged(trial, traces, scenario)
-    balance = least_balance(traces, scenario)
+    balance, felt = least_balance(traces, scenario), feel.worst(traces, scenario)
     found = Outcome(
         failed,
         restless,
@@ -133,10 +133,10 @@ def run(trial: Trial, *, compiled: bool = False) -> Outcome:
         lag_free_error_n=feel.lag_free_error_n(traces),
         contact_n=feel.contact_n(traces),
         peak_n=feel.peak_n(traces),
-        step_n=feel.step_n(traces, scenario),
-        buzz_n=feel.buzz_n(traces),
+        step_n=felt.step_n,
+        buzz_n=felt.buzz_n,
         held_share=feel.held_share(traces, scenario),
-        **_of_task(trial.task, traces, scenario, path_m),
+        **_of_task(trial.task, traces, scenario, path_m, felt.dropout_s),
     )
     numbers = {
         name: value
@@ -165,7 +165,7 @@ def _judged(
 
 
 def _of_task(
-    task: str, traces: SessionTraces, scenario: Scenario, path_m: float | None
+    task: str, traces: SessionTraces, scenario: Scenario, path_m: float | None, dropout_s: float
 ) -> dict[str, float | None]:
     """Return the numbers that a task alone has."""
     if task == "carry":
@@ -174,7 +174,7 @@ def _of_task(
             "completion_s": completion_s(traces, scenario),
             "grip_lost": grip_lost(traces),
             "absorbed": absorbed(traces, scenario),
-            "dropout_s": feel.dropout_s(traces, scenario),
+            "dropout_s": dropout_s,
         }
     if task == "wall":
         return dict(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from reproduction.drawing import LINES, numbers, sheet
+from reproduction.drawing import LINES, OBJECT, colour_of, numbers, sheet
 from reproduction.figure import Values
 
 HIGHEST_HZ = 600.0
@@ -24,9 +24,9 @@ def cut_offs(result: Values) -> Any:
             row = numbers(data[f"{coupling}/{stiffness:g}"])
             panel.plot(
                 m, np.where(np.isnan(row), 2.0 * HIGHEST_HZ, row), LINES[place % 3], marker="o",
-                markersize=3, color=style.colour(place), label=f"K = {stiffness:g} N/m",
+                markersize=3, color=colour_of(place), label=f"K = {stiffness:g} N/m",
             )  # fmt: skip
-        panel.plot(m, numbers(data["passive_hz"]), ":", color=style.OBJECT,
+        panel.plot(m, numbers(data["passive_hz"]), ":", color=OBJECT,
                    label="passive: half the update rate", linewidth=2.0)  # fmt: skip
         panel.set_xlim(1, 10)
         panel.set_ylim(0, HIGHEST_HZ)

@@ -4,8 +4,7 @@
 
 from typing import Any
 
-from pmwvc_analysis.charts import style
-from reproduction.drawing import numbers, region, sheet
+from reproduction.drawing import OBJECT, colour_of, numbers, region, sheet
 from reproduction.figure import Values
 
 
@@ -61,14 +60,14 @@ def _traces(result: Values, *, path: bool) -> Any:
         data = {name: numbers(values) for name, values in result["data"][str(delay)].items()}
         time_s, (left, right) = data["time_s"], axes[row]
         for user in (1, 2):
-            colour = style.colour(user - 1)
+            colour = colour_of(user - 1)
             left.plot(time_s, data[f"x_{user}_mm"], color=colour, label=f"$x_{user}$")
             left.plot(time_s, data[f"x_s{user}_mm"], ":", color=colour, label=f"$x_{{s{user}}}$")
             right.plot(time_s, data[f"f_{user}_n"], color=colour, label=f"$f_{user}$")
             right.plot(time_s, data[f"f_s{user}_n"], ":", color=colour, label=f"$f_{{s{user}}}$")
         if path:
-            left.plot(time_s, data["x_o_mm"], color=style.OBJECT, label="cube")
-            left.plot(time_s, data["target_mm"], "--", color=style.OBJECT, label="path")
+            left.plot(time_s, data["x_o_mm"], color=OBJECT, label="cube")
+            left.plot(time_s, data["target_mm"], "--", color=OBJECT, label="path")
         milliseconds = delay * 8
         left.set_title(
             f"({next(letters)}) Positions: devices solid, avatars dotted. "

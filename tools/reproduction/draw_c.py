@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from reproduction.drawing import EDGE, REGION, numbers, sheet
+from reproduction.drawing import EDGE, REGION, colour_of, numbers, sheet
 from reproduction.figure import Values
 
 CASES = {"unwrapped": "1) loop unwrapped", "one_step_delay": "2) one step of delay"}
@@ -57,7 +57,7 @@ def energies(result: Values) -> Any:
         )
     ):
         below.plot(
-            data["step_s"], data[f"{name}_mj"], label=label, color=style.colour(place),
+            data["step_s"], data[f"{name}_mj"], label=label, color=colour_of(place),
             linewidth=3.0 if name == "environment" else 1.4,
         )  # fmt: skip
     below.axhline(0.0, color=style.LIGHT["target"], linewidth=0.8)
@@ -80,7 +80,7 @@ def _stiffness(panel: Any, result: Values) -> None:
     damping, found = result["parameters"]["stiffness"]["damping"], result["numbers"]
     for place, (name, label) in enumerate((("none", "without"), ("corrected", "corrected"))):
         values = [found[f"largest_{name}_at_{b:g}"] for b in damping]
-        panel.plot(damping, values, "o-", label=label, color=style.colour(place))
+        panel.plot(damping, values, "o-", label=label, color=colour_of(place))
     for b in damping:
         factor, top = found[f"factor_at_{b:g}"], found[f"largest_corrected_at_{b:g}"]
         panel.annotate(f"× {factor:.2f}", (b, top), xytext=(6, -12), textcoords="offset points")

@@ -4,8 +4,7 @@
 
 from typing import Any
 
-from pmwvc_analysis.charts import style
-from reproduction.drawing import numbers, sheet
+from reproduction.drawing import OBJECT, colour_of, numbers, sheet
 from reproduction.figure import Values
 
 
@@ -17,12 +16,12 @@ def condition(result: Values) -> Any:
     angle = numbers(data["angle_over_pi"])
     for place, (name, words) in enumerate((("printed", "printed"), ("ours", "flattest, ours"))):
         label = f"α = {claimed[f'alpha_{name}']:.4f} ({words})"
-        colour = style.colour(place)
+        colour = colour_of(place)
         left.plot(angle, numbers(data[f"in_phase_{name}"]), color=colour, label=f"Eq. 14, {label}")
         left.plot(angle, numbers(data[f"any_environment_{name}"]), "--", color=colour,
                   label="any environment")  # fmt: skip
         right.plot(angle, numbers(data[f"velocity_gain_{name}"]), color=colour, label=label)
-    left.axhline(1.0, color=style.OBJECT, linewidth=0.8)
+    left.axhline(1.0, color=OBJECT, linewidth=0.8)
     left.set_ylabel("right-hand side of the condition")
     right.set_ylabel("gain of the velocity filter |1 - H_HP|")
     for panel in (left, right):

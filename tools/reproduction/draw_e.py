@@ -4,8 +4,7 @@
 
 from typing import Any
 
-from pmwvc_analysis.charts import style
-from reproduction.drawing import LINES, numbers, sheet
+from reproduction.drawing import LINES, OBJECT, colour_of, numbers, sheet
 from reproduction.figure import Values
 
 IDEAL = "direct coupling at 1 kHz (ideal)"
@@ -19,11 +18,11 @@ def limits(result: Values) -> Any:
     for place, gain in enumerate(result["parameters"]["gains"]):
         panel.plot(
             local, numbers(data[f"gain_{gain:g}"]), LINES[place % 4],
-            color=style.colour(place), label=f"filter bank, $K_p$ = {gain:g} √W/m",
+            color=colour_of(place), label=f"filter bank, $K_p$ = {gain:g} √W/m",
         )  # fmt: skip
     plain = result["numbers"]["plain"]
     if plain is not None:
-        panel.axhline(plain, color=style.OBJECT, ls=":", label="multirate waves alone")
+        panel.axhline(plain, color=OBJECT, ls=":", label="multirate waves alone")
     panel.set_xlabel("stiffness of the local model $K_{LM}$ [N/m]")
     panel.set_ylabel("largest stiffness of the environment $K_{VE}$ [N/m]")
     panel.set_xlim(local[0], local[-1])
@@ -38,11 +37,11 @@ def admittances(result: Values) -> Any:
     data = result["data"]
     for letter, part, panel in zip("ab", ("low", "high"), axes[0], strict=True):
         hertz = numbers(data[f"{part}_hz"])
-        panel.plot(hertz, numbers(data["ideal"][part]), ":", color=style.OBJECT, label=IDEAL)
+        panel.plot(hertz, numbers(data["ideal"][part]), ":", color=OBJECT, label=IDEAL)
         for place, (name, curve) in enumerate(result["parameters"]["curves"].items()):
             panel.plot(
                 hertz, numbers(data[name][part]), LINES[place % 4],
-                color=style.colour(place), label=curve["label"],
+                color=colour_of(place), label=curve["label"],
             )  # fmt: skip
         panel.set_yscale("log")
         panel.set_xlim(hertz[0], hertz[-1])
@@ -62,7 +61,7 @@ def measured(result: Values) -> Any:
         ideal = name == "ideal"
         panel.plot(
             numbers(data[name]["hz"]), numbers(data[name]["size"]), ":" if ideal else "-",
-            color=style.OBJECT if ideal else style.colour(place), label=label, linewidth=1.3,
+            color=OBJECT if ideal else colour_of(place), label=label, linewidth=1.3,
         )  # fmt: skip
     panel.set_yscale("log")
     panel.set_xlim(0.0, 50.0)
@@ -82,7 +81,7 @@ def impedances(result: Values) -> Any:
         ideal = name == "ideal"
         panel.plot(
             hertz, numbers(data[name]), ":" if ideal else LINES[place % 4],
-            color=style.OBJECT if ideal else style.colour(place), label=label,
+            color=OBJECT if ideal else colour_of(place), label=label,
         )  # fmt: skip
     panel.set_yscale("log")
     panel.set_xlim(hertz[0], hertz[-1])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from reproduction.drawing import LINES, numbers, sheet
+from reproduction.drawing import LINES, OBJECT, colour_of, numbers, sheet
 from reproduction.figure import Values
 
 TICK_HZ = 1000.0
@@ -21,12 +21,12 @@ def admittance(result: Values) -> Any:
     data = result["data"]
     for letter, part, panel in zip("ab", parts, axes[0], strict=False):
         hertz = numbers(data[f"{part}_hz"])
-        panel.plot(hertz, numbers(data["ideal"][part]), ":", color=style.OBJECT,
+        panel.plot(hertz, numbers(data["ideal"][part]), ":", color=OBJECT,
                    label="direct coupling at 1 kHz (ideal)")  # fmt: skip
         for place, impedance in enumerate(result["parameters"]["impedances"]):
             panel.plot(
                 hertz, numbers(data[f"b_{impedance:g}"][part]), LINES[place % 3],
-                color=style.colour(place), label=f"multirate waves, b = {impedance:g} Ns/m",
+                color=colour_of(place), label=f"multirate waves, b = {impedance:g} Ns/m",
             )  # fmt: skip
         panel.set_yscale("log")
         panel.set_xlim(hertz[0], hertz[-1])
@@ -61,7 +61,7 @@ def widths(result: Values) -> Any:
         direct = curve.get("controller") == "direct"
         panel.plot(
             damping, numbers(data[name]), ":" if direct else LINES[place % 2],
-            color=style.OBJECT if direct else style.colour(place), label=curve["label"],
+            color=OBJECT if direct else colour_of(place), label=curve["label"],
         )  # fmt: skip
     panel.set_xlabel("wall damping B [Ns/m]")
     panel.set_ylabel("largest wall stiffness K [N/m]")

@@ -13,6 +13,12 @@ from reproduction.figure import Values
 REGION = "#BBD7EC"
 EDGE = "#0B4F79"
 LINES = ("-", "--", "-.", ":")
+OBJECT = style.LIGHT["object"]
+
+
+def colour_of(index: int) -> str:
+    """Return a user's colour."""
+    return style.LIGHT[style.user_tint(index)]
 
 
 def sheet(

@@ -84,13 +84,14 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
             "device_damping": device.dissipated,
             "sample_hold": device.given - channel.port.taken,
         }
-        if len(missing := gaps(user)):  # both ends are known there, and not what lies between
-            lost = _in_blocks(kept, missing, np.asarray(of_device["sample_hold"]))
+        if len(missing := gaps(user)):  # both ends are known there, and not who gave what
+            grew = _in_blocks(kept, missing, np.asarray(of_device["sample_hold"]))
+            lost = np.cumsum(np.minimum(grew, 0.0))
             of_device["sample_hold"] = of_device["sample_hold"] - lost
             of_device[NOT_RECORDED] = lost
             left_over.append(Remainder(user.name, NOT_RECORDED))
         if len(skipping := skips(user)) and not unknown:
-            of_device[SKIPPED] = skipped = _in_blocks(kept, skipping, residual)
+            of_device[SKIPPED] = skipped = np.cumsum(_in_blocks(kept, skipping, residual))
             residual, unknown = residual - skipped, {SKIPPED}
         hands[user.name] = at.ended(np.asarray(device.taken))
         residuals[user.name] = at.ended(residual)
@@ -113,10 +114,10 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
 
 
 def _in_blocks(sums: BlockSums, rows: NDArray[np.intp], energy: Array) -> Array:
-    """Return how much an energy grew in the blocks of some ticks and of those behind them."""
+    """Return by how much an energy grew in each block of some ticks and of those behind them."""
     inside = np.zeros(len(energy), dtype=bool)
     inside[np.searchsorted(sums.user.block_ends, [rows, rows + 1], side="right")] = True
-    return np.cumsum(np.where(inside, np.diff(energy, prepend=0.0), 0.0))
+    return np.where(inside, np.diff(energy, prepend=0.0), 0.0)
 
 
 def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:

@@ -25,7 +25,6 @@ import numpy as np
 
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.traces.sums import without
 from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
 from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
@@ -59,7 +58,6 @@ class Finding:
     declared_j: float = 0.0  # storage or allowance that is declared [J]
     moved_j: float = 0.0  # energy moved: the scale [J]
     decides: bool = True  # part of the verdict; a component that others pay for is only named
-    judged_s: tuple[tuple[float, float], ...] = ()
     unjudged: tuple[Unjudged, ...] = ()
     why: str = ""
     counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
@@ -99,7 +97,7 @@ def judge(
     if len(unjudged) > MOST_SHOWN:
         shown.append(f"{len(unjudged) - MOST_SHOWN} more intervals not judged")
     found = Finding(
-        owner, part, None, 0.0, None, None, TOLERANCE_J, declared_j, moved_j, decides, (),
+        owner, part, None, 0.0, None, None, TOLERANCE_J, declared_j, moved_j, decides,
         tuple(unjudged), "; ".join(shown) or "nothing of it was recorded", counts_j,
     )  # fmt: skip
     if not len(balance_j):
@@ -108,7 +106,6 @@ def judge(
     worst = int(np.argmin(margin))
     least = min(0.0, float(balance_j[worst]))
     violated = np.flatnonzero(~(margin >= 0.0))  # what is not a number is no proof either
-    gaps = ((gap.start_s, gap.end_s) for gap in unjudged)
     hidden = bool(unjudged) and not len(violated)
     return replace(
         found,
@@ -117,7 +114,6 @@ def judge(
         least_s=float(time_s[worst]) if least < 0.0 or len(violated) else None,
         since_s=float(time_s[violated[0]]) if len(violated) else None,
         tolerance_j=float(tolerance_j[worst]),
-        judged_s=tuple(without(gaps, float(time_s[0]), float(time_s[-1]))),
         why=found.why if hidden else "",
     )
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.traces.holes import gaps
 from pmwvc_core.controllers.library import entries
-from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.words import count
@@ -122,25 +122,21 @@ def notes_on(
     users: list[UserTraces], known: dict[str, User], server: ServerTraces, left: list[Remainder]
 ) -> list[str]:
     """Return in words what keeps a budget from closing to rounding; ``left``: what it leaves."""
+    loops = [(user.name, "tick", user.tick, user.time_s, gaps(user)) for user in users]
+    jumps = np.flatnonzero(np.diff(server.step) > 1)
+    loops.append(("server", "step", server.step, server.time_s, jumps))
     found = []
+    for who, unit, numbers, time_s, missing in loops:
+        steps = np.diff(numbers)
+        for row in np.flatnonzero(steps < 0)[:1] + 1:
+            found.append(f"{who}: started again at {time_s[row]:.2f} s; the budget ends there")
+        if lost := int(np.sum(steps[missing] - 1)):
+            found.append(f"{who}: {count(lost, unit)} not recorded")
     for user in users:
         if not np.isfinite(user.f_h).all():
             found.append(f"{user.name}: {INFERRED}")
-        found += _started_again(f"{user.name}: its master", user.tick, user.time_s)
-        if missing := int(np.sum(np.diff(user.tick)[gaps(user)] - 1)):
-            found.append(f"{user.name}: {count(missing, 'tick')} not recorded")
         if Remainder(user.name, "device_damping") in left:
             found.append(f"{user.name}: {UNTRUE}")
         if known[user.name].device.friction > 0.0:
             found.append(f"{user.name}: {FRICTION}")
-    found += _started_again("server: it", server.step, server.time_s)
-    jumps = np.diff(server.step)
-    if (jumps > 1).any():
-        found.append(f"server: {int(np.sum(jumps[jumps > 1] - 1))} steps were not recorded")
     return found
-
-
-def _started_again(who: str, numbers: Integers, time_s: Array) -> list[str]:
-    rows = np.flatnonzero(np.diff(numbers) < 0) + 1
-    again = f"{who} was started again at"
-    return [f"{again} {time_s[row]:.2f} s; the budget ends there" for row in rows[:1]]

@@ -23,8 +23,6 @@ from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
 from pmwvc_core.numeric import Array
 
-DRAWN = 3  # active parts in a figure, which has no room for small ones
-DRAWN_RATIO = 1e-2  # of the energy moved
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
@@ -119,11 +117,6 @@ class Budget:
         """Return the active parts, the one that gave out most first."""
         found = (each for each in self.findings if each.passive is False)
         return sorted(found, key=lambda each: -each.given_j)
-
-    @property
-    def worth_drawing(self) -> list[Finding]:
-        """Return the few worst active parts that show beside the energy moved."""
-        return [entry for entry in self.active if entry.ratio > DRAWN_RATIO][:DRAWN]
 
     def summary(self) -> dict[str, Any]:
         """Return the budget as plain numbers: the contents of ``budget.json``."""

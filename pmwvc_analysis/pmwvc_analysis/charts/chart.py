@@ -74,15 +74,6 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Note:
-    """A few words at a point."""
-
-    text: str
-    x: float
-    y: float
-
-
-@dataclass(frozen=True)
 class Panel:
     """One pair of axes. Logarithmic axes show positive values only."""
 
@@ -92,7 +83,6 @@ class Panel:
     layers: Sequence[Layer] = ()
     bands: Sequence[Band] = ()
     levels: Sequence[Level] = ()
-    notes: Sequence[Note] = ()
     title: str = ""
     tint: str = "ink"
     x_label: str = "time [s]"

@@ -104,8 +104,6 @@ def _panel(axes: "Axes", panel: Panel) -> None:
         axes.axhline(level.y, color=LIGHT[level.tint], lw=1.0, ls=":", label=level.label)
     if panel.with_zero:
         axes.axhline(0.0, color=LIGHT["object"], lw=0.8)
-    for note in panel.notes:
-        axes.annotate(note.text, (note.x, note.y), color=LIGHT["alarm"], fontsize=9, ha="right")
     if panel.title:
         axes.set_title(panel.title, color=LIGHT[panel.tint], fontweight="bold")
     if panel.x_names:
@@ -197,7 +195,7 @@ def thinned(x: Array, y: Array, *, period: float, most: int) -> Integers:
 
 def _fields(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
     """Return the fields of a panel and of all it shows; arrays by their numbers."""
-    kinds = ("lines", "dots", "layers", "bands", "levels", "notes")
+    kinds = ("lines", "dots", "layers", "bands", "levels")
     shown = {kind: [_shown(each, pool, most) for each in getattr(panel, kind)] for kind in kinds}
     return vars(panel) | shown | {"of_time": panel.of_time}
 

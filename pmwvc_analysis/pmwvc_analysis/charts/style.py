@@ -45,7 +45,6 @@ def css_variables(colours: Mapping[str, str]) -> str:
     return " ".join(f"--c-{name}: {tint};" for name, tint in colours.items())
 
 
-OBJECT = LIGHT["object"]
 WIDTH_IN, ROW_IN = 10.0, 2.4  # of a figure; of a panel of 180 px
 LABEL_LETTERS = 30  # in a line of a legend
 DPI = 110
@@ -68,11 +67,6 @@ SETTINGS: dict[str, Any] = {
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "pmwvc",  # the same picture is the same file
 }
-
-
-def colour(index: int) -> str:
-    """Return a user's colour."""
-    return LIGHT[user_tint(index)]
 
 
 def canvas(heights: Sequence[float], *, title: str, note: str) -> tuple["Figure", "list[Axes]"]:

@@ -74,10 +74,8 @@ def _delay(of: Scenario) -> str:
     first = of.users[0]
     up, down = 1e3 * first.link_up.delay_s, 1e3 * first.link_down.delay_s
     delay = f"{up:g} ms each way" if up == down else f"{up:g} ms up and {down:g} ms down"
-    lost = 100.0 * max(first.link_up.loss, first.link_down.loss)
-    effects = [*amounts(first.link_up).items(), *amounts(first.link_down).items()]
-    others = dict.fromkeys(text for name, text in effects if name != "loss")
-    return ", ".join([f"delay {delay}", *([f"{lost:g} % lost"] if lost else []), *others])
+    effects = (*amounts(first.link_up).values(), *amounts(first.link_down).values())
+    return ", ".join([f"delay {delay}", *dict.fromkeys(effects)])
 
 
 def _unstable(group: Sequence[Compared]) -> str:

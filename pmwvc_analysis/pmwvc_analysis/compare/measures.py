@@ -62,7 +62,8 @@ def least_balance(traces: SessionTraces, scenario: Scenario | None) -> dict[str,
     stretches a wave, generates energy behind a passive link.
     """
     found = passivity(traces, scenario, budget(traces, scenario))
-    ports = [finding for finding in found.findings if finding.decides and finding.judged_s]
+    seen = (each for each in found.findings if each.passive is not None or each.least_j < 0.0)
+    ports = [finding for finding in seen if finding.decides]
     if not ports:
         return {"passive": None, "active_part": None, "energy_min_j": None}
     worst = min(ports, key=lambda finding: finding.least_j)

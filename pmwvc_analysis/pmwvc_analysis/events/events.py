@@ -7,7 +7,7 @@ the traces show. An event is ``{"time_s": float | None, "who": str, "kind": str,
 kinds: docs/file_format.md.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, SessionTraces
 from pmwvc_core.words import count
 
-MOST = 10
+MOST = 20  # events of one kind; more are reported as one
 
 
 def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
@@ -37,8 +37,20 @@ def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
         recorder = each.get("who") == "recorder" and "code" not in each
         noted.append(each | {"kind": each.get("kind", "recording" if recorder else "ended")})
     seen = {key(each) for each in noted}
-    found = noted + [each for each in _derived(traces, scenario) if key(each) not in seen]
+    found = noted + [each for each in _few(_derived(traces, scenario)) if key(each) not in seen]
     return sorted(found, key=lambda each: (each["time_s"] is not None, each["time_s"] or 0.0))
+
+
+def _few(found: Iterable[Event]) -> Iterator[Event]:
+    """Yield the first events of each kind, those beyond ``MOST`` as one."""
+    kinds: dict[tuple[str, str], list[Event]] = {}
+    for each in found:
+        kinds.setdefault((each["who"], each["kind"]), []).append(each)
+    for (who, kind), own in kinds.items():
+        yield from own[:MOST]
+        if rest := own[MOST:]:
+            text = f"{count(len(rest), 'more time')}, the last: {rest[-1]['what']}"
+            yield event(rest[0]["time_s"], who, kind, text)
 
 
 def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
@@ -85,14 +97,10 @@ def silences(traces: SessionTraces) -> Iterator[Event]:
     """Yield for every link when nothing came out of it for long though packets went in."""
     zeros = traces.metadata.get("fate_zero_ns", {})
     for name, fates in traces.fates.items():
-        found = list(_of_link(fates))
-        for place, (start_ns, length_s, lost) in enumerate(found[: MOST + 1]):
-            packets = f"{count(lost, 'packet')} lost or dropped"
-            what = f"nothing delivered for {length_s:.3f} s ({packets})"
-            if place == MOST:
-                what = f"silent {count(len(found) - MOST, 'more time')}"
-            start_s = (start_ns - zeros.get(name, 0)) * 1e-9
-            yield event(start_s, f"link {name}", "link", what)
+        for start_ns, length_s, lost in _of_link(fates):
+            what = f"nothing delivered for {length_s:.3f} s"
+            text = f"{what} ({count(lost, 'packet')} lost or dropped)"
+            yield event((start_ns - zeros.get(name, 0)) * 1e-9, f"link {name}", "link", text)
 
 
 def _of_link(fates: FateTraces) -> Iterator[tuple[int, float, int]]:

@@ -9,14 +9,8 @@ the device away from its avatar; a port that learns repays that::
     energy_j   = sum (|v|^2 - |v'|^2) T_VE/2
     position_m = largest |sum (u + v' - (2b)^(1/2) xd) T_VE (2 b_m)^(-1/2)|
 
-The environment is lost where this displacement is most of the device's depth. With the avatar's
-travel p in its present contact and the distance s between device and avatar, of which q is the
-displacement above, the environment and the delay of the link alone explain |p| + |s - q|. Means
-over 0.5 s; lost where for a whole second
-
-    |q| > 2 mm + 3 (|p| + |s - q|),
-
-or where |q| is more than half of the way of the device.
+The environment is lost where this displacement is, for a whole second, more than 2 mm and more
+than half of the way of the device so far: most of its depth is not the environment's.
 
 Equations: docs/theory.md 5.10.
 """
@@ -31,7 +25,7 @@ from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces, UserTraces
 from pmwvc_core.wave.impedance import WavePort
 from pmwvc_core.words import count, quantity
 
@@ -44,7 +38,6 @@ class Withheld(NamedTuple):
 
     energy_j: float
     position_m: float
-    way_m: float  # of the device, its largest distance from where it began
     first_s: float  # time of the first wave that was shortened
     lost_s: float | None  # time from which the environment is lost; None: never
 
@@ -71,26 +64,25 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         off = np.where(there[:, np.newaxis], off / root(2.0 * known[user.name].impedance), 0.0)
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
         first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
-        lost_s = _lost_s(user, server, index, moved)
-        way_m = float(np.nanmax(_length(user.x_m - user.x_m[0])))
-        found[user.name] = Withheld(energy, float(_length(moved).max()), way_m, first_s, lost_s)
+        joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
+        off_m = _length(moved - moved[joined])  # an avatar of a later stay begins anew
+        way_m = _length(user.x_m - user.x_m[0])[user.rows_at(server.time_s)]
+        gone = off_m > np.maximum(th.LOST_M, th.LOST_SHARE * np.fmax.accumulate(way_m))
+        lasting = (server.time_s[rows] for rows in spans(gone & there))
+        lost_s = (float(each[0]) for each in lasting if each[-1] - each[0] >= th.LASTING_S)
+        found[user.name] = Withheld(energy, float(off_m.max()), first_s, next(lost_s, None))
     return found
 
 
 def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
     """Return whose environment is lost, in words; empty if none is."""
-    for name, entry in withheld(traces, scenario).items():
-        if entry.lost_s is not None:
-            return (
-                f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
-                f"of the server port displaced the device by {entry.position_m * 1e3:.1f} mm"
-            )
-        if entry.position_m > max(th.LOST_M, th.LOST_SHARE * entry.way_m):
-            return (
-                f"{name}: the energy limit of the server port displaced the device by "
-                f"{entry.position_m * 1e3:.1f} mm, most of the {entry.way_m * 1e3:.1f} mm it moved"
-            )
-    return ""
+    texts = (
+        f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
+        f"of the server port displaced the device by {entry.position_m * 1e3:.1f} mm"
+        for name, entry in withheld(traces, scenario).items()
+        if entry.lost_s is not None
+    )
+    return next(texts, "")
 
 
 def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, Any]]:
@@ -112,39 +104,6 @@ def words(entry: dict[str, float]) -> str:
 
 def _amount(energy_j: float, position_m: float) -> str:
     return f"{quantity(energy_j, 'J')}, {position_m * 1e3:.3g} mm"
-
-
-def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) -> float | None:
-    """Return when the environment is lost first; an avatar of a later stay begins anew."""
-    there = server.state[index] > 0
-    for stay in np.split(np.arange(len(there)), np.flatnonzero(begins(there))):
-        rows = stay[there[stay]]
-        if not len(rows):
-            continue
-        apart = user.x_m[user.rows_at(server.time_s[rows])] - server.x_s[index][rows]
-        apart, own = apart - apart[0], moved[rows] - moved[rows[0]]
-        way = (server.x_s[index] - server.x_o)[rows]  # relative to the object
-        touching = np.asarray(server.contact[index])[rows]
-        before = np.maximum(np.arange(len(rows)) - 1, 0)
-        since = np.maximum.accumulate(np.where(begins(touching), before, 0))
-        travel = np.where(touching[:, np.newaxis], way - way[since], 0.0)  # in this contact
-        natural = _length(_mean(travel, server.period_s))
-        natural = natural + _length(_mean(apart - own, server.period_s))
-        gone = _length(_mean(own, server.period_s)) > th.LOST_M + th.LOST_RATIO * natural
-        steps = max(1, round(th.LASTING_S / server.period_s))
-        sums = np.concatenate([[0], np.cumsum(gone)])
-        lasting = np.flatnonzero(sums[steps:] - sums[:-steps] == steps)
-        if len(lasting):
-            return float(server.time_s[rows[lasting[0]]])
-    return None
-
-
-def _mean(values: Array, period_s: float) -> Array:
-    """Return the mean over the last 0.5 s; before that, of the pause before the first value."""
-    rows = max(1, round(th.WITHHELD_S / period_s))
-    sums = np.cumsum(values, axis=0)
-    before = np.concatenate([np.zeros_like(sums[:rows]), sums[:-rows]])[: len(sums)]
-    return np.asarray((sums - before) / rows)
 
 
 def _length(vectors: Array) -> Array:

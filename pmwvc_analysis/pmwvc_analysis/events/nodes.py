@@ -18,12 +18,10 @@ from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import BRAKING, SafetyState
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.words import count
 
 Event = dict[str, Any]
 STARTING, COUPLED, DAMPING, FAULT = SafetyState
 RELEASED = "released"  # in the reason, once damping itself has been released
-MOST = 20  # events of one kind; more are reported as one
 
 
 def event(time_s: float | None, who: str, kind: str, what: str) -> Event:
@@ -55,20 +53,14 @@ def of_master(user: UserTraces) -> Iterator[Event]:
         elif coupled and not lost:
             lost = True
             yield event(time_s, who, "damping", f"force ramps up from zero: {reason}")
-    flags = limited(user)
-    found = runs(flags, user.time_s, th.JOIN_S)
-    for place, (first, last) in enumerate(found[: MOST + 1]):
+    for first, last in runs(limited(user), user.time_s, th.JOIN_S):
         rows = slice(first, last + 1)
         asked, applied = (
             float(np.linalg.norm(f[rows], axis=-1).max()) for f in (user.f_m, user.f_applied)
         )
-        length = float(user.time_s[last] - user.time_s[first] + user.tick_s)
+        length_s = float(user.time_s[last] - user.time_s[first] + user.tick_s)
         forces = f"up to {asked:.2f} N commanded, {applied:.2f} N applied"
-        what = f"force limited for {length:.3f} s: {forces}"
-        if place == MOST:
-            times = count(len(found) - MOST, "more time")
-            until = f"until {user.time_s[found[-1][1]]:.2f} s"
-            what = f"force limited {times} {until}, {flags.sum() * user.tick_s:.2f} s in all"
+        what = f"force limited for {length_s:.3f} s: {forces}"
         yield event(float(user.time_s[first]), who, "limit", what)
     gaps = [(hole.start_s, hole.end_s) for hole in holes.of_user(user)]
     for row in np.flatnonzero(np.diff(user.epoch)).tolist():
@@ -104,16 +96,9 @@ def _stalls(
     who: str, what: str, time_s: Array, period_s: float, known: list[tuple[float, float]]
 ) -> Iterator[Event]:
     """Yield pauses of a loop that no hole of the recording explains."""
-    pauses = np.diff(time_s)
-    paused = pauses > max(th.STALL_S, th.STALL_PERIODS * period_s)
-    for start_s, end_s in known:
-        paused &= (start_s >= time_s[1:]) | (time_s[:-1] >= end_s)
-    found = np.flatnonzero(paused).tolist()
-    for place, row in enumerate(found[: MOST + 1]):
-        text = f"no {what} for {pauses[row] - period_s:.3f} s: the loop did not run"
-        if place == MOST:
-            text = f"{count(len(found) - MOST, 'more pause')} of {what}"
-        yield event(float(time_s[row]), who, "stall", text)
+    for start_s, end_s in holes.pauses(time_s, period_s, known):
+        text = f"no {what} for {end_s - start_s - period_s:.3f} s: the loop did not run"
+        yield event(start_s, who, "stall", text)
 
 
 def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
@@ -165,17 +150,14 @@ def _presence(
 def _contacts(
     server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, made: str
 ) -> Iterator[Event]:
-    name, found = server.users[index], runs(touching(server, index), server.time_s, th.DEBOUNCE_S)
-    for first, last in found[:MOST]:
+    name = server.users[index]
+    for first, last in runs(touching(server, index), server.time_s, th.DEBOUNCE_S):
         force = float(np.nanmax(np.linalg.norm(server.f_s[index][first : last + 1], axis=-1)))
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
         yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
         if end < min(duration_s, float(server.time_s[-1])) - th.END_S:
             cause = _cause(server, index, user, end)
             yield event(end, name, "release", f"contact lost: {cause}")
-    if len(found) > MOST:
-        text = f"{made} made and lost {count(len(found) - MOST, 'more time')}"
-        yield event(float(server.time_s[found[MOST][0]]), name, made, text)
 
 
 def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: float) -> str:

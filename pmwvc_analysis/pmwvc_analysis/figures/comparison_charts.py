@@ -31,6 +31,7 @@ VERDICTS = (  # on stability, label, tint, mark
     (None, "not judged", "object", "plus"),
 )
 MOST_ADMITTANCES = 8  # curves that can be distinguished
+OVERLAID = ("device on hand [N]", "f_applied", 1.0), ("device [mm]", "x_m", 1e3)
 WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
 
@@ -109,14 +110,10 @@ SIGNALS = (
 
 def overlay(first: Compared, second: Compared) -> Chart:
     """Return each user's force and position, both sessions in the same panel."""
-    panels = []
-    others = {user.name: user for user in second.traces.users}
+    panels, others = [], {user.name: user for user in second.traces.users}
     for user in first.traces.users:
         other, tint = others[user.name], recorded.tint(first.traces, user.name)
-        for y_label, signal, scale in (
-            ("device on hand [N]", "f_applied", 1.0),
-            ("device [mm]", "x_m", 1e3),
-        ):
+        for y_label, signal, scale in OVERLAID:
             ours, theirs = (scale * getattr(each, signal)[:, 0] for each in (user, other))
             lines = [
                 Curve(first.label, user.time_s, ours, tint, (), 2.6, user.tick_s),

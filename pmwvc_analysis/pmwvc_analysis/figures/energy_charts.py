@@ -5,7 +5,7 @@
 import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.parts import account_words, group_of, words_of
+from pmwvc_analysis.budget.parts import account_words, group_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.charts.chart import DASHES, Chart, Curve, Layer, Panel
 from pmwvc_analysis.charts.style import user_tint
@@ -22,7 +22,7 @@ MOST_POINTS = 1500
 
 
 def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return where the energy of the hands is, stacked; below, what blocks generated."""
+    """Return where the energy of the hands is, stacked."""
     found = budget(traces, scenario)
     if found is None or len(found.time_s) < 2:
         return None
@@ -35,17 +35,12 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
     time_s = found.time_s[kept]
     hands = [Curve("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)]
     layers = _stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()})
-    panels = [Panel(f"energy [{unit}]", hands, layers=layers, with_zero=True, height=280.0)]
-    active = [(entry.owner, entry.part) for entry in found.worth_drawing]
-    if active:
-        panels.append(_active(found, active, kept))
     return Chart(
         "budget",
         "Energy budget",
         "Energy given by the hands (black) and where it is: stored, dissipated, or in flight. "
-        "Areas below zero are energy that was generated; components that did so have a panel of "
-        "their own.",
-        panels,
+        "Areas below zero are energy that was generated.",
+        [Panel(f"energy [{unit}]", hands, layers=layers, with_zero=True, height=280.0)],
     )
 
 
@@ -62,18 +57,6 @@ def _stack(time_s: Array, groups: dict[str, Array]) -> list[Layer]:
             layers.append(Layer(name, time_s, lower, falls, user_tint(index), index))
         rises, falls = higher, lower
     return layers
-
-
-def _active(found: Budget, active: list[tuple[str, str]], kept: slice) -> Panel:
-    judged = {(owner, part): series for owner, part, series in found.judged()}
-    unit, scale = unit_of(np.concatenate([judged[each] for each in active]))
-    lines = []
-    for index, (owner, part) in enumerate(active):
-        sums = judged[owner, part][kept] * scale
-        label = f"{owner}: {words_of(part)}"
-        lines.append(Curve(label, found.time_s[kept], sums, user_tint(index), DASHES[index]))
-    title = "Components that generated energy"
-    return Panel(f"energy taken in [{unit}]", lines=lines, title=title, with_zero=True)
 
 
 def grouped(found: Budget) -> dict[str, Array]:
@@ -93,9 +76,7 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if server is not None:
         owners.append((SERVER, server.time_s, server.accounts))
     panels = []
-    for name, time_s, own in owners:
-        if not own:
-            continue
+    for name, time_s, own in (owner for owner in owners if owner[2]):
         unit, scale = unit_of(np.concatenate(list(own.values())))
         lines = []
         for index, (account, sums) in enumerate(own.items()):

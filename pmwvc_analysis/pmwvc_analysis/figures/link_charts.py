@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
-from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Curve, Dots, Note, Panel
+from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import unit_of
 from pmwvc_analysis.recording.links import DROPPED
@@ -32,21 +32,18 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     panels = []
     for entry in balances:
         tint = recorded.tint(traces, entry.name)
-        lines, bands, notes = [], recorded.bands(traces), []
+        lines, bands = [], recorded.bands(traces)
         for order, (label, balance, dash) in enumerate(_ways(entry)):
             period = 3.0 * traces.server.period_s if traces.server else 0.0  # steps come late
-            sums, found = balance.balance_j * scale, balance.judged(entry.name, label)
-            below = balance.balance_j < balance.limit_j
-            lines.append(Curve(label, balance.time_s, sums, tint, dash, 1.8 - 0.2 * order, period))
-            bands += [
-                Band(f"{label}: more out than in", tuple(balance.time_s[[first, last]].tolist()))
-                for first, last in runs(below, balance.time_s, join_s=JOIN_S)
-            ]
-            if found.passive is False and found.least_s is not None:
-                text = f"▼ {quantity(found.least_j, 'J')}"
-                notes.append(Note(text, found.least_s, found.least_j * scale))
-        look: Any = {"title": entry.name, "tint": tint, "height": 150.0, "with_zero": True}
-        panels.append(Panel(f"balance [{unit}]", lines, bands=bands, notes=notes, **look))
+            time_s, sums = balance.time_s, balance.balance_j
+            look: Any = tint, dash, 1.8 - 0.2 * order, period
+            lines.append(Curve(label, time_s, sums * scale, *look))
+            for first, last in runs(sums < balance.limit_j, time_s, join_s=JOIN_S):
+                more = quantity(-float(sums[first : last + 1].min()), "J")
+                between = float(time_s[first]), float(time_s[last])
+                bands.append(Band(f"{label}: up to {more} more out than in", between))
+        look = {"title": entry.name, "tint": tint, "height": 150.0, "with_zero": True}
+        panels.append(Panel(f"balance [{unit}]", lines, bands=bands, **look))
     return Chart(
         "energy",
         "Energy balance of the links",
@@ -101,30 +98,19 @@ def _packets(fates: FateTraces, time_s: Array, tint: str) -> list[Dots]:
 
 
 def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return how late the ticks of the force loops were, over time and how often."""
-    users = [user for user in traces.users if user.lateness_s.any()]
-    if not users:
-        return None
-    largest = max(float(user.lateness_s.max()) for user in users) * 1e6
-    bins = np.geomspace(1.0, max(10.0, 1.05 * largest), 90)
-    centres = np.sqrt(bins[1:] * bins[:-1])
-    dots, often = [], []
-    for order, user in enumerate(users):
-        tint = recorded.tint(traces, user.name)
+    """Return how late the ticks of the force loops were."""
+    dots = []
+    for user in (each for each in traces.users if each.lateness_s.any()):
         late: Array = np.clip(user.lateness_s * 1e6, 1.0, None)
-        dots.append(Dots(user.name, user.time_s, late, tint))
-        counts, _ = np.histogram(late, bins)
         median, most = np.percentile(late, (50, 99))
         label = f"{user.name}: median {median:.0f} µs, 99th percentile {most:.0f} µs"
-        seen = np.where(counts > 0, counts, np.nan).astype(float)
-        often.append(Curve(label, centres, seen, tint, DASHES[order % len(DASHES)]))
+        dots.append(Dots(label, user.time_s, late, recorded.tint(traces, user.name)))
+    if not dots:
+        return None
     return Chart(
         "loop",
         "Lateness of the force loop",
         "Wake-up of each tick behind its deadline. Deadlines are absolute, so lateness does not "
         "accumulate.",
-        [
-            Panel("lateness [µs]", dots=dots, y_log=True, height=170.0),
-            Panel("ticks", lines=often, x_label="lateness [µs]", x_log=True, y_log=True),
-        ],
+        [Panel("lateness [µs]", dots=dots, y_log=True, height=170.0)],
     )

@@ -74,9 +74,10 @@ def _of_server(
     traces: SessionTraces, label: str, values: Array, tint: str, dash: Dash, width: float
 ) -> Curve:
     """Return a signal of the server up to the end of the users."""
-    assert traces.server is not None
-    rows, time_s = recorded.until_users_end(traces), traces.server.time_s
-    return Curve(label, time_s[rows], values[rows], tint, dash, width, traces.server.period_s)
+    server = traces.server
+    assert server is not None
+    rows = server.time_s < traces.duration_s
+    return Curve(label, server.time_s[rows], values[rows], tint, dash, width, server.period_s)
 
 
 def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:

@@ -5,19 +5,14 @@
 from collections.abc import Container
 from typing import Any
 
-import numpy as np
-
 from pmwvc_analysis.charts.chart import Band, Span
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.traces import holes
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.network.effects import active
-from pmwvc_core.numeric import Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import count
-
-LEAST_PAUSE_S = 0.05
 
 
 def names(traces: SessionTraces) -> list[str]:
@@ -32,27 +27,12 @@ def tint(traces: SessionTraces, name: str) -> str:
     return user_tint(known.index(name)) if name in known else "object"
 
 
-def end_s(traces: SessionTraces) -> float:
-    """Return when the last user ended; without any, when the server did [s]."""
-    ends = [float(user.time_s[-1]) for user in traces.users if len(user.time_s)]
-    if not ends and traces.server is not None and len(traces.server.time_s):
-        ends = [float(traces.server.time_s[-1])]
-    return max(ends, default=traces.duration_s)
-
-
-def until_users_end(traces: SessionTraces) -> Flags:
-    """Return which steps of the server are not later than the last tick of all users."""
-    assert traces.server is not None
-    return np.asarray(traces.server.time_s <= end_s(traces) + 1e-9)
-
-
 def span(traces: SessionTraces) -> Span:
-    """Return the time from the first to the last row of any trace [s]."""
-    starts = [float(user.time_s[0]) for user in traces.users if len(user.time_s)]
-    if traces.server is not None and len(traces.server.time_s):
-        starts.append(float(traces.server.time_s[0]))
-    low, high = min(starts, default=0.0), end_s(traces)
-    return (low, high) if high > low else (low, low + 1.0)
+    """Return the time from the first row of any trace to the end of the session [s]."""
+    rows = [user.time_s for user in traces.users]
+    rows += [traces.server.time_s] if traces.server is not None else []
+    low = min((float(each[0]) for each in rows if len(each)), default=0.0)
+    return low, max(traces.duration_s, low + 1e-3)
 
 
 def bands(traces: SessionTraces) -> list[Band]:
@@ -65,11 +45,9 @@ def bands(traces: SessionTraces) -> list[Band]:
     if traces.server is not None:
         loops.append((holes.SERVER, traces.server.time_s, traces.server.period_s))
     for owner, time_s, period_s in loops:
-        known = [each for each in missing if each.owner == owner]
-        rows = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
-        for start_s, end_s in zip(time_s[rows].tolist(), time_s[rows + 1].tolist(), strict=True):
-            if not any(each.start_s < end_s and start_s < each.end_s for each in known):
-                found.append(Band(f"{owner}: did not run", (start_s, end_s), "alarm"))
+        known = [(each.start_s, each.end_s) for each in missing if each.owner == owner]
+        stood = holes.pauses(time_s, period_s, known)
+        found += [Band(f"{owner}: did not run", each, "alarm") for each in stood]
     return found
 
 

@@ -169,10 +169,6 @@
     for (const each of panel.dots) {
       if (!panel.hidden.has(each.label)) out.push(`<path class="dots ${each.mark}" style="stroke:${paint(each.tint)}" d="${dotsPath(each, x, y)}"/>`);
     }
-    for (const { text, x: a, y: b } of panel.notes) {
-      const at = x.at(a), left = at > (LEFT + x.end) / 2;
-      out.push(`<text class="note" x="${(at + (left ? -6 : 6)).toFixed(1)}" y="${(y.at(b) - 5).toFixed(1)}" text-anchor="${left ? "end" : "start"}" style="fill:${paint("alarm")};font-weight:700">${safe(text)}</text>`);
-    }
     if (panel.of_time) {
       let free = -Infinity;
       for (const [time, number, text] of data.events) {

@@ -56,7 +56,7 @@ def render(
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
         folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
-        story=story(traces, scenario, summary, energies),
+        story=story(traces, scenario, summary),
         budget_lines=budget_lines(energies, found) if energies else [],
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
         predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],

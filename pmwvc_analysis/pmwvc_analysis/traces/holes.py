@@ -16,15 +16,16 @@ Equations: docs/theory.md 13, Gaps.
 
 import itertools
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
+from pmwvc_analysis.traces.thresholds import STALL_PERIODS, STALL_S
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.words import count
 
 GAP, AGAIN = "not recorded", "started again"
 SERVER = "server"
@@ -97,6 +98,16 @@ def of_server(server: ServerTraces) -> list[Hole]:
         start_s = float(server.time_s[row] + server.periods_s[row])
         found.append(Hole(SERVER, start_s, float(server.time_s[row + 1]), int(jumps[row]) - 1))
     return found
+
+
+def pauses(
+    time_s: Array, period_s: float, known: Iterable[tuple[float, float]]
+) -> list[tuple[float, float]]:
+    """Return from when to when a loop did not run [s], but where intervals known explain that."""
+    paused = np.diff(time_s) > max(STALL_S, STALL_PERIODS * period_s)
+    for start_s, end_s in known:
+        paused &= (start_s >= time_s[1:]) | (time_s[:-1] >= end_s)
+    return [(float(time_s[row]), float(time_s[row + 1])) for row in np.flatnonzero(paused)]
 
 
 class Interval(NamedTuple):
@@ -208,17 +219,6 @@ def stood_still(user: UserTraces) -> list[StoodStill]:
     lasted = (np.diff(user.tick)[rows] - 1) * user.tick_s
     found = np.stack([user.time_s[rows], lasted, given], axis=-1)
     return [StoodStill(*row) for row in found.tolist()]
-
-
-def given_until(found: list[StoodStill], time_s: float) -> tuple[float, str]:
-    """Return what the forces held gave out up to a time [J], and in words when that was."""
-    own = [each for each in found if each.start_s <= time_s and each.given_j > 0.0]
-    if not own:
-        return 0.0, ""
-    worst = max(own, key=lambda each: each.given_j)
-    times = count(len(own), "time") if len(own) > 1 else "once"
-    words = f"{times}, for {worst.lasted_s:.3f} s at {worst.start_s:.2f} s"
-    return sum(each.given_j for each in own), words
 
 
 def _block_end_s(user: UserTraces, time_s: float) -> float:

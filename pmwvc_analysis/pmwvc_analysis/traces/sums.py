@@ -85,18 +85,6 @@ def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
     return [(int(each[0]), int(each[-1])) for each in np.split(rows, breaks) if len(each)]
 
 
-def without(
-    intervals: Iterable[tuple[float, float]], start_s: float, end_s: float
-) -> list[tuple[float, float]]:
-    """Return what is left of a time without some intervals."""
-    found, at_s = [], start_s
-    for from_s, until_s in [*sorted(intervals), (end_s, end_s)]:
-        if from_s > at_s:
-            found.append((at_s, min(from_s, end_s)))
-        at_s = max(at_s, until_s)
-    return found
-
-
 def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return intervals in the order of time, overlapping ones as one."""
     found: list[tuple[float, float]] = []

@@ -127,7 +127,7 @@ def _median(values: Array) -> float:
 
 def _pieces(motion: Motion) -> list[slice]:
     """Return the rows between pauses that are too long to filter across."""
-    pauses = np.diff(motion.time_s) > max(th.PAUSE_S, th.PAUSE_PERIODS * motion.period_s)
+    pauses = np.diff(motion.time_s) > max(th.STALL_S, th.STALL_PERIODS * motion.period_s)
     edges = [0, *(np.flatnonzero(pauses) + 1).tolist(), len(motion.time_s)]
     return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
 

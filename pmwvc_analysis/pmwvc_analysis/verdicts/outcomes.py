@@ -8,7 +8,7 @@ where the offset still changes.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.criterion import bounded, passive_by_account, together
@@ -172,15 +172,11 @@ def _of_user(
         return Outcome("offset", None, text, user.name)
     m_per_s, late_s = force / (2.0 * first_axis(user.in_contact.impedance)), entry["late_s"]
     even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
-    reason = _decided_by_network(user, scenario, summary) or _unsteady(summary, entry, even_m)
     until_m = even_m + m_per_s * late_s if ranges and late_s is not None else None
     low_m, high_m = sorted((even_m, even_m if until_m is None else until_m))
     tolerance_m = _tolerance_m(even_m)
     hit = low_m - tolerance_m <= was_m <= high_m + tolerance_m
-    events = [(each["kind"], each["who"]) for each in summary["events"]]
-    if not (reason or hit or scenario.strict) and ("limit", f"{user.name} master") in events:
-        reason = "Its force was limited, which took motion out of the wave."
-    if reason := reason or (LATE_PLAYOUT if ranges and late_s is None else ""):
+    if reason := next(_open(user, scenario, summary, entry, even_m, hit=hit), ""):
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
             f"{user.name}: {OFFSET}: measured {was_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are "
@@ -197,43 +193,41 @@ def _of_user(
     return Outcome("offset", hit, text + late, user.name, even_m, was_m, tolerance_m, "m", until_m)
 
 
-def _decided_by_network(user: User, scenario: Scenario, summary: dict[str, Any]) -> str:
-    """Return in words what of the way of a user's packets no one knows before; else empty."""
-    live = summary["source"] == "live"
+def _open(
+    user: User, scenario: Scenario, summary: dict[str, Any], entry: dict[str, Any], even_m: float,
+    *, hit: bool,
+) -> Iterator[str]:  # fmt: skip
+    """Yield in words why an offset is not that of a press at rest, or was not known before."""
+    live, name = summary["source"] == "live", user.name
     if user.master.deadband.is_on or user.contact.deadband.is_on:
-        saved = {entry["name"]: entry["left_out"] for entry in summary["receptions"]}
-        known = {way: saved.get(f"{user.name}/{way}") for way in ("up", "down")}
+        saved = {each["name"]: each["left_out"] for each in summary["receptions"]}
+        known = {way: saved.get(f"{name}/{way}") for way in ("up", "down")}
         ways = [f"{n:.0%} of the packets {way}" for way, n in known.items() if n is not None]
         left_out = " and ".join(ways) or "packets"
-        return f"A deadband left out {left_out}; the longest wait for one counts."
+        yield f"A deadband left out {left_out}; the longest wait for one counts."
     if is_random(user.link_up) or is_random(user.link_down) or (live and scenario.zeroing):
-        return LATE_PLAYOUT if scenario.strict else TOO_LATE if scenario.zeroing else HELD
-    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
-        return SKIPPED
-    if live and not scenario.strict and (event := _held_up(user.name, summary)):
-        return f"{event['who']}, at {event['time_s']:.2f} s: {event['what']}. {HELD}"
-    return ""
-
-
-def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the first event in which packets of a user came late, or a loop did not run."""
-    own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
-    late = (each for each in summary["events"] if each["kind"] in DELAYS and each["who"] in own)
-    return next((event for event in late if event["time_s"] is not None), None)
-
-
-def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:
-    """Return why an offset is not that of a press at rest, in words; empty where it is."""
+        yield LATE_PLAYOUT if scenario.strict else TOO_LATE if scenario.zeroing else HELD
+    events = [each for each in summary["events"] if each["time_s"] is not None]
+    if not scenario.strict:
+        if user.master.frame_s < scenario.server.period_s:
+            yield SKIPPED
+        own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
+        for each in (e for e in events if live and e["kind"] in DELAYS and e["who"] in own):
+            yield f"{each['who']}, at {each['time_s']:.2f} s: {each['what']}. {HELD}"
     if summary["stable"] is False:
-        return "The session was not stable, so this is no press at rest."
+        yield "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
-    known = isinstance(avatar, float)
-    if known and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
-        return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
+    known_n = isinstance(avatar, float)
+    if known_n and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
+        yield f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
-        return f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
-    return ""
+        yield f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
+    limited = any((e["kind"], e["who"]) == ("limit", f"{name} master") for e in events)
+    if limited and not (hit or scenario.strict):
+        yield "Its force was limited, which took motion out of the wave."
+    if live and scenario.strict and entry["late_s"] is None:
+        yield LATE_PLAYOUT
 
 
 def _tolerance_m(predicted_m: float) -> float:

@@ -16,7 +16,7 @@ had not taken in is named with its amount.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,11 +24,11 @@ from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Finding, server_allowance_j, together
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import Hole, StoodStill, given_until, holes, stood_still
+from pmwvc_analysis.traces.holes import Hole, StoodStill, holes, stood_still
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_core.words import quantity, share
+from pmwvc_core.words import count, quantity, share
 
 # where the work of the force on the device counts
 AT_DEVICE = ("hand_port", "node", "node_and_link_down", "sample_hold")
@@ -44,10 +44,9 @@ NO_SCENARIO = "without the scenario its declared storage is not known"
 
 @dataclass(frozen=True)
 class Passivity:
-    """All findings of a session, and the balances of its users that ports were judged by."""
+    """All findings of a session."""
 
     findings: tuple[Finding, ...]
-    balances: dict[str, energy.UserEnergy] = field(default_factory=dict)
 
     def of(self, owner: str) -> list[Finding]:
         """Return the ports of one owner."""
@@ -90,17 +89,20 @@ def passivity(
         found += energies.findings
     still = {user.name: stood_still(user) for user in traces.users}
     held = (_with_held(each, still.get(each.owner, [])) for each in found)
-    return Passivity(tuple(held), balances)
+    return Passivity(tuple(held))
 
 
 def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
     """Return a finding with what of it forces gave that stayed on while a loop stood still."""
     if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
         return found
-    held_j, when = given_until(still, found.least_s)
-    held_j = min(held_j, found.given_j - found.declared_j - found.counts_j)
+    own = [each for each in still if each.start_s <= found.least_s and each.given_j > 0.0]
+    most_j = found.given_j - found.declared_j - found.counts_j
+    held_j = min(sum(each.given_j for each in own), most_j)
     if held_j <= found.tolerance_j:
         return found
+    worst = max(own, key=lambda each: each.given_j)
+    when = f"{count(len(own), 'time')}, for {worst.lasted_s:.3f} s at {worst.start_s:.2f} s"
     gave = f"{quantity(held_j, 'J')} of it came of its loop, which stood still ({when})"
     return replace(
         found, held_j=held_j, why=f"{gave}: the force that stayed on gave it to the hand"

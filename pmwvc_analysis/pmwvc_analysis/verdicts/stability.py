@@ -42,8 +42,6 @@ from pmwvc_core.traces import SessionTraces
 
 LIMITED, SUSTAINED = "limited by safety", "sustained oscillation"
 
-Judgement = tuple[bool | None, str | None, str]  # stable, kind of instability, what showed it
-
 
 class Verdict(NamedTuple):
     """Stable, unstable (then ``instability`` is its kind) or not known (None), what showed it, and
@@ -53,7 +51,7 @@ class Verdict(NamedTuple):
     stable: bool | None
     instability: str | None
     why: str
-    oscillation_m_s: float
+    oscillation_m_s: float = 0.0
 
 
 def verdict(traces: SessionTraces, scenario: Scenario | None, *, since_s: float = 0.0) -> Verdict:
@@ -62,16 +60,16 @@ def verdict(traces: SessionTraces, scenario: Scenario | None, *, since_s: float 
     found = [(strength(motion, traces.duration_s), motion) for motion in moved]
     strongest = max((each.late_m_s for each, _ in found), default=0.0)
     done = works(traces, scenario)
-    judgement = _judged(traces, scenario, found, done)
-    if judgement[0] is not False and (driven := kept_driven(traces, scenario, moved, done)):
-        judgement = False, SUSTAINED, driven
-    return Verdict(*judgement, strongest)
+    judged = _judged(traces, scenario, found, done)
+    if judged.stable is not False and (driven := kept_driven(traces, scenario, moved, done)):
+        judged = Verdict(False, SUSTAINED, driven)
+    return judged._replace(oscillation_m_s=strongest)
 
 
 def _judged(
     traces: SessionTraces, scenario: Scenario | None, strengths: list[tuple[Strength, Motion]],
     done: list[LoopWork],
-) -> Judgement:  # fmt: skip
+) -> Verdict:  # fmt: skip
     outside, left_s = outside_of(traces, scenario)
     until = drive(traces, scenario, 0.0, left_s, done) if left_s > 0.0 else UNKNOWN
     if until.thrown and not _expected(traces, scenario)[0] > th.GROWS_PER_S:
@@ -80,7 +78,7 @@ def _judged(
     if left_s > 0.0 and passive(traces, scenario):
         return _unknown(f"{outside}, and every port is passive: the loop did not make the energy")
     if outside := outside or too_long(traces, scenario):
-        return False, "diverged", outside
+        return Verdict(False, "diverged", outside)
     lasting = [(found, motion) for found, motion in strengths if lasts(found, motion)]
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
     since_s = max([0.5 * traces.duration_s, *(motion.since_s for _, motion in lasting)])
@@ -93,12 +91,12 @@ def _judged(
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             model = _expected(traces, scenario)[1]
             kind = SUSTAINED if passive(traces, scenario) else "diverged"
-            return False, kind, "; ".join(filter(None, (why, model)))
+            return Verdict(False, kind, "; ".join(filter(None, (why, model))))
     if took_over := limits.taken_over(traces, scenario):
-        return False, LIMITED, took_over
+        return Verdict(False, LIMITED, took_over)
     shortened, saturated = limits.often_shortened(traces)
     if shortened and (own or not saturated):
-        return False, LIMITED, shortened
+        return Verdict(False, LIMITED, shortened)
     if shortened:
         half = drive(traces, scenario, 0.5 * traces.duration_s, traces.duration_s, done)
         gave = half.share > th.DRIVES
@@ -106,7 +104,7 @@ def _judged(
         nothing = f"nothing oscillates beyond the voluntary band: {whose}"
         return _unknown(f"{shortened}, to the largest that is allowed; {nothing}")
     if lost := limits.lost(traces, scenario):
-        return False, "environment lost", lost
+        return Verdict(False, "environment lost", lost)
     explained = ""
     if lasting:
         found, motion = min(own or lasting, key=lambda pair: pair[0].fades)
@@ -129,17 +127,17 @@ def _judged(
     moved = (np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in traces.users)
     if traces.users and not any(moved):
         return _unknown(f"no device moved faster than {th.OSCILLATION_M_S * 1e3:g} mm/s")
-    return True, None, explained or _quiet_words([found for found, _ in strengths])
+    return Verdict(True, None, explained or _quiet_words([found for found, _ in strengths]))
 
 
-def _unknown(why: str) -> Judgement:
-    return None, None, why
+def _unknown(why: str) -> Verdict:
+    return Verdict(None, None, why)
 
 
 def _of_lasting(
     found: Strength, motion: Motion, traces: SessionTraces, scenario: Scenario | None, *,
     shaken: float | None,
-) -> Judgement:  # fmt: skip
+) -> Verdict:  # fmt: skip
     """Judge a motion beyond the band that does not die out; ``shaken``: the ratio of time spent
     waiting for late packets, where the loop is not seen to keep the motion up.
     """
@@ -167,7 +165,7 @@ def _of_lasting(
             f"s, and {model}: only a longer session can show whether it is kept up"
         )
     why = f"{motion.name} keeps oscillating with {speed}"
-    return False, SUSTAINED, "; ".join(filter(None, (why, model)))
+    return Verdict(False, SUSTAINED, "; ".join(filter(None, (why, model))))
 
 
 def _expected(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:

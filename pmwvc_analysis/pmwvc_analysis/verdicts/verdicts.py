@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding
-from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import events, limits
 from pmwvc_analysis.traces import arrivals, holes
@@ -30,6 +29,7 @@ PREDICTION_KEYS = (
     "spectral_radius", "stable", "k_max", "any_delay", "loop_gain", "aliasing_gain", "k_felt",
     "mass_felt", "environment_limited", "left_out",
 )  # fmt: skip
+NAMES = {"least_j": "least_balance_j", "counts_j": "encoder_bound_j", "unjudged": "not_judged"}
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
@@ -118,22 +118,9 @@ def _passivity(found: Passivity) -> dict[str, Any]:
 
 
 def _finding(found: Finding) -> dict[str, Any]:
-    return {
-        "owner": found.owner,
-        "part": found.part,
-        "passive": found.passive,
-        "least_balance_j": number(found.least_j),
-        "least_s": found.least_s,
-        "since_s": found.since_s,
-        "tolerance_j": number(found.tolerance_j),
-        "declared_j": found.declared_j,
-        "encoder_bound_j": found.counts_j,
-        "held_j": number(found.held_j),
-        "moved_j": number(found.moved_j),
-        "judged_s": [list(interval) for interval in found.judged_s],
-        "not_judged": [each._asdict() for each in found.unjudged],
-        "why": found.why,
-    }
+    plain = {n: number(v) if isinstance(v, float) else v for n, v in vars(found).items()}
+    named = {NAMES.get(name, name): value for name, value in plain.items() if name != "decides"}
+    return named | {"not_judged": [each._asdict() for each in found.unjudged]}
 
 
 def _user(
@@ -141,13 +128,10 @@ def _user(
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
     index = server.users.index(user.name) if server and user.name in server.users else None
-    away, balance = apart(traces, user), found.balances.get(user.name)
+    away = apart(traces, user)
     return {
         "name": user.name,
         "passive": found.passive(user.name),
-        "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
-        "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
-        "energy_balance_j": _last_balance(balance),
         "force_final_n": final(user.f_applied, user.time_s, end_s),
         "force_peak_n": number(np.linalg.norm(user.f_applied, axis=-1).max()),
         "avatar_force_final_n": final(server.f_s[index], server.time_s, end_s)
@@ -166,15 +150,6 @@ def _user(
         if limited
         else None,
     }
-
-
-def _last_balance(balance: UserEnergy | None) -> float | None:
-    """Return what is left in the channel at the end, both ways [J]."""
-    if balance is None or not len(balance.joint.time_s):
-        return None
-    up, down = balance.up, balance.down  # one way alone is not what the channel kept
-    ways = [balance.joint] if up is None or down is None else [up, down]
-    return number(sum(float(way.balance_j[-1]) for way in ways))
 
 
 def _ticks(user: UserTraces) -> dict[str, Any]:
