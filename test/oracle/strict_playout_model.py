@@ -179,7 +179,6 @@ class PlayedWave:
         if not self.line.end:
             return np.zeros(self.dof)
         begun, beyond_s = self._clock(h)
-        self.calm_s = 0.0 if self.brakes else self.calm_s + h
         predicted = self.newest_wave * beyond_s
         mended = self.wrong * min(h / (30 * MS), 1.0)
         due = self.line.integral(self.played) - self.line.integral(begun) + predicted + mended
@@ -198,6 +197,7 @@ class PlayedWave:
             self.given_part = min(self.given_part + h / (30 * MS), 1.0)
         elif needs_w > energy_j / max(h, 30 * MS):
             self.given_part *= 1.0 - 0.5 * needs_w * h / max(energy_j, needs_w * h)
+        self.calm_s = 0.0 if self.brakes or self.given_part < 1.0 else self.calm_s + h
         wave = self.given_part * due / h
         needs_w = 0.5 * self.raised * float(wave @ wave)
         if needs_w * h > energy_j:

@@ -157,7 +157,6 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     ramp, (asked, _) = ramp_step(s.ramp, wanted)
     lends = beyond_s > 0.0 or not within(mended, SETTLED) or s.raised > 1.0
     lent_j = p.store_j if lends else m.lent_j
-    since_s = 0.0 if pace.silent_s > OUTAGE_S else s.since_s + h
     wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j) - ramp.left.reserve_j
     power = max(free + lent_j, 0.0) / half_j
     share = min(s.share + h / MEND_S, 1.0)
@@ -165,6 +164,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
         share, square = s.share, s.share**2 * squared(wave)
         if square > power * h / max(h, MEND_S):
             share *= 1.0 - 0.5 * square / max(power, square)
+    since_s = 0.0 if share < 1.0 or pace.silent_s > OUTAGE_S else s.since_s + h
     if share < 1.0 or squared(wave) > power:
         wave = shortened(scaled(wave, share), math.sqrt(power))
         undelivered = plus(undelivered, minus(asked, scaled(wave, h)))
