@@ -237,4 +237,4 @@ def test_where_neither_direction_nor_hand_pays_a_distance_stays(monkeypatch):
     none = {name: lambda s, h, wanted, p: (s, 0.0) for name in SPARED}
     as_written(monkeypatch, port__strict_master__ASKED=0.0, **none)
     unlent = "master.store_j=0", "server.store_j=0"
-    assert left("a delay of 200 ms", *unlent, after_s=3.0)[1] > 1e-3
+    assert left("losses in bursts", *unlent, after_s=3.0)[1] > 5e-4

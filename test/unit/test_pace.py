@@ -86,10 +86,10 @@ def test_a_wave_that_the_store_cannot_carry_fades_so_that_it_lasts(rate, wave, l
         store_j=wave**2 / (4.0 * rate), wave=lambda t: wave, frames=80,
     )  # fmt: skip
     faded = waves[400 : 400 + 8 * lost]
-    expected = wave * np.exp(-rate * TICK_S * np.arange(8 * lost))
+    expected = wave * np.exp(-rate * TICK_S * np.arange(1, 8 * lost + 1))
     assert faded == pytest.approx(expected, abs=0.04 * wave)
     slopes = np.abs(np.diff(waves[300 : 430 + 8 * lost])) / TICK_S
-    assert slopes.max() < 1.1 * max(rate, 1.0 / 0.03) * wave
+    assert slopes.max() < 1.1 * (rate + 1.0 / 0.03) * wave
 
 
 def test_a_guess_that_was_wrong_is_mended_and_costs_no_more_than_it_moved():
