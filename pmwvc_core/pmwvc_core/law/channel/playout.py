@@ -24,7 +24,7 @@ part q = min(c, dt) of the c seconds concealed::
 After an outage that made the ends brake, it stays undelivered. Repayment begins ``SETTLE_S`` after
 the last wait. At every step, given + released <= received + E0 (``store_j``), and U(min(p, e)) +
 guessed = integral played + left + undelivered + mistaken. Equations: docs/theory.md 17.1, 17.2,
-17.3, 17.25.
+17.3, 17.25, 17.29.
 """
 
 import math
