@@ -18,6 +18,8 @@ from pmwvc_core.plugins import installed
 Settings = tuple[str, ...]  # name=value texts, as for --set
 SILENCE = ("safety.timeout_s", 0.03, 0.5)
 IMPEDANCE = ("master.impedance", 5.0, 60.0)
+# One in free motion and one in contact, from those of ``master.preset=firm`` on.
+TWO = (("master.impedance", 5.0, 12.0), ("master.contact_impedance", 12.0, 90.0))
 WAVES = (IMPEDANCE, ("master.position.gain", 0.1, 40.0), SILENCE)
 # With a loan, the gain of the strict channel follows from the round trip: nothing to search.
 STRICT = (
@@ -68,7 +70,7 @@ METHODS = {
     method.name: method
     for method in (
         Method("strict", STRICT, (IMPEDANCE, SILENCE)),
-        Method("strict_following", (*STRICT, "master.contact_impedance=90"), (IMPEDANCE, SILENCE)),
+        Method("strict_following", (*STRICT, "master.preset=firm"), (*TWO, SILENCE)),
         Method("plain", ("controller=pmwvc", "channel=plain"), WAVES),
         Method("zeroing", ("controller=pmwvc", "channel=zeroing"), WAVES),
         *map(_baseline, ("direct", "virtual_coupling", "tdpa", "pspm")),
