@@ -3,6 +3,7 @@
 """The exact model says what the session simulator does: 500 ticks on random parameters."""
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import linear_loops
@@ -127,6 +128,16 @@ def test_model_and_simulator_agree_with_the_phases_of_live_loops(scenario):
     model = build(scenario, live=True)
     assume(bounded(model))
     assert compare(scenario, model=model, live=True) < 1e-9
+
+
+@pytest.mark.parametrize(("frame", "period_s"), [(8, 0.002), (12, 0.003)])
+def test_position_feedback_counts_where_the_server_steps_within_a_frame(frame, period_s):
+    fed = {"master__position__feedback": "printed", "link__down__delay_s": 0.001}
+    fed |= {"master__rate_drop": frame, "server__period_s": period_s}
+    scenario = linear_loops.scenario(**fed, master__position__gain=15.0)
+    assert compare(scenario) < 1e-9
+    without = build(linear_loops.scenario(**fed, master__position__gain=0.0))
+    assert compare(scenario, model=without) > 1e-3  # the control
 
 
 def test_the_phases_of_live_loops_matter():

@@ -71,7 +71,7 @@ class End(ABC):
         self.nothing: Signals = (0.0,) * self.dof, (0.0,) * self.dof, (0.0,) * extra
         paces = [settled_pace(way, self.tick_s) for way in ways] if scenario.strict else []
         store_s = max((pace.store_s for pace in paces), default=0.0)
-        steps = PERIODS * max(max(way.sent.period, way.looked.period) for way in ways)
+        steps = PERIODS * max(scenario.period_ticks, *(u.master.rate_drop for u in scenario.users))
         to_rest = -(-steps // self.ticks) * self.ticks
         played = 0
         if paces:  # what was in store before the clocks are set is played
