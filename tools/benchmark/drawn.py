@@ -15,13 +15,15 @@ PICTURE = "benchmark"
 Found = Callable[[str, Sequence[str]], Rows]  # of a method on networks
 ROWS = 3  # of names below the picture
 MARKS = ("ring", "cross", "plus")
+WIDTH = 0.8  # of the place of a network: methods side by side
+FIRST, OTHERS = 300.0, 160.0  # heights of panels: that which names them, the others
 
 
 def picture(study: Study) -> Chart:
     """Return trouble and errors on every network; medians that are infinite are not drawn, small
     ones at the lower edge.
     """
-    panels = [_panel(study, "failed or restless [%]", _all_tasks(study), _trouble)]
+    panels = [_panel(study, "failed or restless [%]", _all_tasks(study), _trouble, names=True)]
     for task in study.plan.tasks:
         for column in (POSITION, FORCE):
             panels.append(_of_column(study, f"{task}: {column.label}", column, _at(study, task)))
@@ -59,19 +61,24 @@ def _of_column(study: Study, label: str, column: Column, of: Found) -> Panel:
 
 
 def _panel(
-    study: Study, label: str, of: Found, value: Callable[[Rows], float], *, log: bool = False
-) -> Panel:
-    """Return a panel with a value of the sessions on each network, side by side by method."""
+    study: Study, label: str, of: Found, value: Callable[[Rows], float], *, log: bool = False,
+    names: bool = False,
+) -> Panel:  # fmt: skip
+    """Return a panel with a value of the sessions on each network, side by side by method, in the
+    first panel with their ``names``.
+    """
     networks = ordered(study)
-    places = np.arange(len(networks)) - 0.06 * (len(study.plan.methods) - 1)
-    dots = []
+    count, dots = len(study.plan.methods), []
     for index, method in enumerate(study.plan.methods):
         found = np.array([value([row]) for row in of(method, networks)])
         shown = np.isfinite(found)
-        x, y = (places + 0.12 * index)[shown], found[shown]
-        dots.append(Dots(method, x, y, user_tint(index), MARKS[index % len(MARKS)]))
+        x = np.arange(len(networks)) + WIDTH * ((index + 0.5) / count - 0.5)
+        name = method if names else f"_{method}"  # matplotlib leaves these out of a legend
+        mark = MARKS[index % len(MARKS)]
+        dots.append(Dots(name, x[shown], found[shown], user_tint(index), mark))
     return Panel(
         label,
+        height=FIRST if names else OTHERS,
         dots=dots,
         x_label="",
         x_names=[_name(study, network, row) for row, network in enumerate(networks)],
