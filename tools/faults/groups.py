@@ -81,7 +81,7 @@ GROUPS = (
         "F14",
         "truncated recordings, damaged bytes",
         "intact data is read, damage is located",
-        tests(f"{U}test_mcap_check.py", f"{U}test_writer.py"),
+        tests(f"{U}test_reader.py", f"{U}test_doctor.py", f"{U}test_writer.py"),
     ),
     Fault(
         "F16",
@@ -111,7 +111,7 @@ GROUPS = (
         "F20",
         "plug-in environments raise, return invalid values, generate energy",
         "contained and named; energy limited",
-        tests(f"{U}test_containment.py", f"{P}test_black_box_passivity.py"),
+        tests(f"{U}test_black_box_server.py", f"{P}test_black_box_passivity.py"),
     ),
     Fault(
         "F21",

@@ -16,6 +16,8 @@ from pmwvc_core.frame import Presence
 from pmwvc_core.law.channel.constants import OUTAGE_S
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
+from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.simulation.conditions import SimulatedLink
 from pmwvc_core.transport.packet import Receipt
 from pmwvc_core.wave.impedance import first_axis
 
@@ -187,6 +189,16 @@ def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
     )
 
 
+def done_by(way: SimulatedLink, verdict: Receipt) -> int:
+    """Return how many packets a link repeated, corrupted or had overtaken."""
+    if verdict is Receipt.REORDERED:
+        numbers = np.array([packet.seq for packet, _ in way.arrived])
+        return int((numbers < np.maximum.accumulate(numbers)).sum())
+    if verdict is Receipt.DUPLICATE:
+        return sum(fate.kind is FateKind.DUPLICATE for fate in way.fates)
+    return sum(fate.cause is Cause.CORRUPTION for fate in way.fates)
+
+
 def counted(link: str, verdict: Receipt, *settings: str) -> Outcome:
     """Return whether the receivers count what the links did, and the session holds."""
     session = carried(*CALM, "link.keep_order=false", *settings)
@@ -194,7 +206,7 @@ def counted(link: str, verdict: Receipt, *settings: str) -> Outcome:
     for user in session.batch.users:
         for way in (user.up, user.down):
             seen += way.receiver.counts[verdict]
-            done += getattr(way.link.counters, link)
+            done += done_by(way, verdict)
     under_way = sum(
         way.link.counters.queued for user in session.batch.users for way in (user.up, user.down)
     )

@@ -16,7 +16,7 @@ from pmwvc_bringup import scenarios as files
 
 NAME = "adversarial"
 STORES_MJ = (0.0, 0.5, 1.0, 2.0, 4.0)
-SESSIONS = 100  # of each store
+SESSIONS = 400  # of each store
 DURATION_S = 4.0
 RANGES = {  # of each parameter of the network; those from 1e-3 on are drawn by their logarithms
     "delay_s": (0.0, 0.05),
