@@ -31,7 +31,6 @@ from pmwvc_analysis.tune.criteria import Choice, Rating
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
-from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
@@ -43,6 +42,7 @@ HOLDS = ("foh", "zoh")
 FOLLOWS = "b follows contact"  # on the strict channel
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 Key = tuple[str, str]  # filter, hold
+Bounds = tuple[float, float]  # [N s/m]
 
 
 class Proposal(NamedTuple):
@@ -53,7 +53,7 @@ class Proposal(NamedTuple):
 
     best: Rating
     others: dict[str, Rating]
-    bounds: tuple[float, float]
+    bounds: Bounds
     elements: list[Element]
 
 
@@ -112,8 +112,8 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             "softer environment or a gentler hand may help"
         )
     master = user.master
-    touching = master.contact_impedance if master.rises > 1.0 else None
-    given = Choice(first_axis(user.impedance), master.filter, master.hold, touching, True)
+    both = first_axis(user.impedance), master.filter, master.hold, master.contact_impedance
+    given = Choice(*both, as_given=True)
     others = {"as given": criteria.judged(scenario, criteria.rated(scenario, given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         choice = best.choice.times(factor, bounds)
@@ -126,7 +126,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
 
 
 def _tries(
-    scenario: Scenario, rows: dict[Key, Rating], bounds: tuple[float, float], *, live: bool
+    scenario: Scenario, rows: dict[Key, Rating], bounds: Bounds, *, live: bool
 ) -> Iterator[tuple[Key, Rating]]:
     """Yield the choices from the best on, then the best one with less and less impedance."""
     order = sorted(rows, key=lambda key: (round(rows[key].cost or 0.0, 3), key))
@@ -144,7 +144,7 @@ def elsewhere(
     scenario: Scenario,
     filters: dict[str, FilterParams],
     keys: Sequence[Key],
-    bounds: tuple[float, float],
+    bounds: Bounds,
     *,
     live: bool,
 ) -> dict[Key, Rating]:
@@ -207,40 +207,39 @@ def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
 
 
 def best_impedance(
-    scenario: Scenario, one: FilterParams, hold: str, bounds: tuple[float, float], *, live: bool
+    scenario: Scenario, one: FilterParams, hold: str, bounds: Bounds, *, live: bool
 ) -> Choice:
     """Return the impedance of least cost for a filter and a hold, from the lag of the link."""
-    b = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
-    choice = Choice(float(b[0]), one, hold)
-    user = scenario.users[0]
-    whole_kg = float(user.device.mass) + float(user.operator.mass)
-    return dataclasses.replace(choice, impedance=_cheapest(scenario, choice, b, whole_kg, live))
+    choice = Choice(bounds[0], one, hold)
+    tau_s, free_kg = _felt_of(scenario, choice, live)
+    return dataclasses.replace(choice, impedance=_cheapest(scenario, bounds, tau_s, free_kg))
 
 
-def two_impedances(
-    scenario: Scenario, choice: Choice, bounds: tuple[float, float], *, live: bool
-) -> Choice:
+def two_impedances(scenario: Scenario, choice: Choice, bounds: Bounds, *, live: bool) -> Choice:
     """Return the impedance in contact of least cost, where the object moves along, its mass shared
     by the users, and that in free motion whose mass b tau/2 is just not noticed beside device and
     arm: what is lighter feels no better. ``choice`` has one for both, which lies between.
     """
-    user, b = scenario.users[0], np.geomspace(*bounds, FINE)
-    whole_kg = float(user.device.mass) + float(user.operator.mass)
+    tau_s, free_kg = _felt_of(scenario, choice, live)
     shared_kg = float(scenario.server.object_mass) / len(scenario.users)
     object_kg = shared_kg if scenario.environment.movable else math.inf
-    touching = _cheapest(scenario, choice, b, whole_kg + object_kg, live)
-    tau_s = lag.lag_s(user, choice.applied(scenario), live=live)
-    unnoticed = 2.0 * whole_kg * math.expm1(criteria.NOTICED) / tau_s
+    touching = _cheapest(scenario, bounds, tau_s, free_kg + object_kg)
+    unnoticed = 2.0 * free_kg * math.expm1(criteria.NOTICED) / tau_s
     light = min(max(unnoticed, bounds[0]), choice.impedance)
     return dataclasses.replace(choice, impedance=light, contact=max(touching, choice.impedance))
 
 
-def _cheapest(scenario: Scenario, choice: Choice, b: Array, whole_kg: float, live: bool) -> float:
-    """Return of impedances that of the least cost, beside so much mass in the hand [kg]."""
+def _felt_of(scenario: Scenario, choice: Choice, live: bool) -> tuple[float, float]:
+    """Return the lag of the link [s], and the mass of device and arm in front of it [kg]."""
     chosen = choice.applied(scenario)
     user = chosen.users[0]
-    tau_s = lag.lag_s(user, chosen, live=live)
-    softer = 1.0 / (1.0 + float(user.contact.contact_stiffness) * tau_s / (2.0 * b))
+    return lag.lag_s(user, chosen, live=live), float(user.device.mass) + float(user.operator.mass)
+
+
+def _cheapest(scenario: Scenario, bounds: Bounds, tau_s: float, whole_kg: float) -> float:
+    """Return the impedance of least cost behind a lag, beside so much mass in the hand."""
+    b, stiffness = np.geomspace(*bounds, FINE), float(scenario.users[0].contact.contact_stiffness)
+    softer = 1.0 / (1.0 + stiffness * tau_s / (2.0 * b))
     heavier = 1.0 + np.maximum(b * tau_s / 2.0, 0.0) / whole_kg
     noise = criteria.noise_n(scenario, b) if criteria.velocity_step(scenario) else 0.0
     costs = criteria.cost_of(np.where(softer > 0.0, softer, 1.0), heavier, noise)
