@@ -71,7 +71,7 @@ def parameters_page() -> str:
         MASTERS_HEAD
         + "\n".join(
             f"* `{name}`: " + ", ".join(f"`{each}={json.dumps(v)}`" for each, v in preset.items())
-            for name, preset in ports.PRESETS.items()
+            for name, preset in ports.MASTERS.items()
         ),
         NETWORKS_HEAD
         + "\n".join(

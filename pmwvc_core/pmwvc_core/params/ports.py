@@ -185,7 +185,7 @@ class MasterParams(Validated):
 
 # What ``master.preset`` stands for (docs/tuning.md).
 OF_PRESET = ("impedance", "contact_impedance", "position.adapts", "position.storage_j")
-PRESETS = {
+MASTERS = {
     name: {f"master.{each}": value for each, value in zip(OF_PRESET, values, strict=True)}
     for name, values in (
         ("even", (25.0, None, False, 0.0)),  # as in the dissertation

@@ -86,7 +86,7 @@ class _Values:
         for name, value in values.items():
             match = PRESET_NAME.fullmatch(name)
             user, master, direction = match.groups() if match else ("", "", "")
-            known: Mapping[str, Any] = ports.PRESETS if master else PRESETS
+            known: Mapping[str, Any] = ports.MASTERS if master else PRESETS
             if match is None:
                 others[name] = value
             elif problem := Spec(str, choices=tuple(known)).problem(value):
