@@ -16,7 +16,7 @@ from support.lab import offer, source_of
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.linear import AMPLITUDE, NonlinearError
-from pmwvc_analysis.models.linearize import build
+from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.matrices import ends_of
 from pmwvc_analysis.models.response import Response
 from pmwvc_analysis.prediction import text as prediction_text
@@ -204,6 +204,13 @@ def test_the_model_of_a_coupling_does_what_the_simulator_does(scenario):
     model = build(averaged)
     assume(bounded(model))
     assert compare(averaged, model=model) < 1e-9
+
+
+def test_a_coupling_is_tried_where_the_impedance_follows_contact():
+    given = {"channel": "strict", "link__delay_s": 0.008, "server__coupling": "averaged"}
+    stiff = build(linear_loops.scenario(**given, master__impedance=20.0))
+    follows = linear_loops.scenario(**given, master__impedance=5.0, master__contact_impedance=20.0)
+    assert spectral_radius(build(follows)) == pytest.approx(spectral_radius(stiff))
 
 
 def test_the_models_are_their_own_and_not_those_of_the_library():

@@ -84,7 +84,8 @@ def _try(runs: Sequence[Scenario], what: str, live: bool) -> None:
     """Try code of other packages, on the plain channel: a strict one passes a wave only if its
     energy has come; NonlinearError where it has no model.
     """
-    plain = [dataclasses.replace(run, channel=PLAIN) for run in runs]
+    touching = [(run, tuple(user.in_contact for user in run.users)) for run in runs]
+    plain = [dataclasses.replace(run, channel=PLAIN, users=users) for run, users in touching]
     try:
         for (kind, *given), of_runs in ends_of(plain, live):
             for run in dict.fromkeys(of_runs):

@@ -122,11 +122,10 @@ def transparency(
 
 def ideal_of(scenario: Scenario) -> Scenario:
     """Return the scenario with direct coupling at every tick, without delay."""
-    each: dict[str, Any] = {"rate_drop": 1, "contact_impedance": None}
     at_once: dict[str, Any] = {"link_up": LinkParams(), "link_down": LinkParams()}
     users = tuple(
-        dataclasses.replace(user, master=dataclasses.replace(user.master, **each), **at_once)
-        for user in scenario.users
+        dataclasses.replace(user, master=dataclasses.replace(user.master, rate_drop=1), **at_once)
+        for user in (user.in_contact for user in scenario.users)
     )
     ticks = math.ceil(LEAST_PERIOD_S / scenario.tick_s - 1e-9)
     server = dataclasses.replace(scenario.server, period_s=ticks * scenario.tick_s)
