@@ -45,8 +45,8 @@ of the three; [outages.csv](outages.csv) has them separately.
   of force within 1 ms (from {step:g} N on felt as a blow). *Half*: time with less than half of the
   undisturbed force.
 * *Damping*: time from the last packet sent until all devices and avatars have only damping
-  (allowed {damped:g} ms), of outages longer than {concealed:g} ms, up to which waves are concealed. If one
-  direction is lost, the receiving end learns it one delay later.
+  (allowed {damped:g} ms), of outages longer than {concealed:g} ms; shorter ones are concealed.
+  If one direction is lost, the receiving end learns it one delay later.
 
 Bold: more than allowed. Every port was passive in {passive} of {count} sessions.
 
