@@ -18,6 +18,7 @@ setup(
         "pmwvc.devices": [
             "simulated = pmwvc_master.devices.simulated:SimulatedDevice",
             "ros_topic = pmwvc_master.devices.ros_topic:RosTopicDevice",
+            "haply = pmwvc_master.devices.haply:HaplyDevice",
         ],
     },
 )

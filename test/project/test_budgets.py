@@ -78,6 +78,11 @@ ROOMS = {
         2_480, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_409, 3_200, ("pmwvc_bringup",)),
+    "devices of vendors": Room(
+        444,
+        444,
+        inside("pmwvc_master", "devices/vendor.py", "devices/haply.py", "devices/inverse_link.py"),
+    ),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_426, 3_000, ("pmwvc_view",)),
 }

@@ -28,6 +28,7 @@ PACKAGES = (*PYTHON_PACKAGES, "pmwvc_msgs")
 DEVICES = {
     "simulated": "pmwvc_master.devices.simulated:SimulatedDevice",
     "ros_topic": "pmwvc_master.devices.ros_topic:RosTopicDevice",
+    "haply": "pmwvc_master.devices.haply:HaplyDevice",
 }
 OPTIONAL = {"numba"}  # one module needs it, which says so where it is missing
 ROSDEP_KEYS = {

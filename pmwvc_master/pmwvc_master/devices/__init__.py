@@ -29,7 +29,6 @@ __all__ = [
     "STALE_NS", "DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice",
 ]  # fmt: skip
 
-
 Pacing = Literal["host", "exchange", "device", "event"]
 
 
@@ -66,8 +65,7 @@ class DeviceSetup:
     """The setup that a device is made for.
 
     ``start_m`` is where a device that can choose starts: in front of the user's face of the
-    object. ``node`` is the ROS node, for devices that talk over topics; it is ``None`` without
-    ROS.
+    object. ``node`` is the ROS node, for topics, parameters, log; it is ``None`` without ROS.
     """
 
     dof: int

@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Haply Inverse3 and Minverse, behind the Inverse Service of this machine (JSON over WebSocket).
+
+The service answers every message with one state. ``write`` sends the force at once; the next
+``read`` takes its answer, so a state is a tick old, where other devices are read in the tick. The
+rendered damping b, held for a tick T on a mass m, then acts on the velocity of the tick before::
+
+    v[k+1] = v[k] - r v[k-1],   r = b T/m:   overshoots from r = 1/4, unstable from 1 (not 2).
+
+All answers that wait are taken and the newest counts. It was measured when its message was sent,
+or later: ``measured_ns`` is the tick of that message. A service without an answer for a second, or
+without a connection, is called again every second; meanwhile samples are invalid, so that the loop
+renders no force, which rises from zero afterwards.
+
+Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports basis, mount and
+filters in the snapshot with which it begins. Its axes: x right, y forward, z up.
+"""
+
+import json
+import math
+import socket
+from collections import deque
+from dataclasses import dataclass, replace
+from time import monotonic_ns
+from typing import Any
+
+from websockets.exceptions import WebSocketException
+from websockets.uri import parse_uri
+
+from pmwvc_core.ends.inbox import value
+from pmwvc_core.errors import DeviceError
+from pmwvc_core.numeric import Value
+from pmwvc_core.params.fields import Validated, fixed
+from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
+from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
+from pmwvc_master.devices.vendor import HAPLY, Axes, info_of, metres, own, plausible, tell
+
+CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
+OPEN_S = 3.0  # for each of its first two answers
+PLANT = (
+    "filters", "gravity_compensation", "torque_scaling", "home_return", "preset", "basis", "mount",
+)  # fmt: skip
+NEW_IN_3_5 = {"basis", "mount", "filters"}
+START = "start the Haply Hub or haply-inverse-service"
+
+
+@dataclass(frozen=True)
+class HaplyParams(Validated):
+    """Parameters of the node besides those of every device."""
+
+    model: str = fixed("inverse3", tuple(HAPLY), "model, whose limits apply")
+    service: str = fixed("ws://localhost:10001", "-", "address of the Inverse Service")
+    device_id: str = fixed("", "-", "id of the device (empty: the only one)")
+    axes: str = fixed("x y z", "-", "axes of the device that are axes 0, 1, 2 of the world")
+
+
+class HaplyDevice:
+    """One device; the force of its hand is not known."""
+
+    def __init__(self, setup: DeviceSetup, params: HaplyParams | None = None) -> None:
+        self._setup, self._params = setup, params or own(setup, "haply", HaplyParams)
+        self._axes = Axes("haply.axes", self._params.axes, setup)
+        self._profile = HAPLY[self._params.model]
+        self.info = info_of(self._profile, self._params.model, setup, "exchange")
+        try:
+            self._uri = parse_uri(self._params.service)
+        except WebSocketException as error:
+            raise DeviceError(f"haply.service = {self._params.service!r}: {error}") from error
+        self._id = self._params.device_id
+        self._zero = value((0.0,) * setup.dof)
+        self._sample = DeviceSample(x=self._zero, xd=self._zero, f_h=self._zero, valid=False)
+        self._link: InverseLink | None = None
+        self._claim: socket.socket | None = None
+        self._form: str = ""  # of a force; empty until the service has said what it has
+        self._asked: deque[int] = deque()  # ticks [ns] of messages without an answer
+        self._due_ns = self._call_ns = 0
+
+    def open(self) -> None:
+        """Call the service, choose the device, check that its state can be used."""
+        where = f"haply.service = {self._params.service!r}"
+        try:
+            found = socket.getaddrinfo(self._uri.host, self._uri.port, type=socket.SOCK_STREAM)
+        except OSError as error:
+            raise DeviceError(f"{where}: {error.strerror}") from error
+        for last, (family, _, _, _, address) in enumerate(found, 1 - len(found)):
+            self._address = family, address
+            try:
+                self._link = InverseLink(self._uri, *self._address)
+                self._meet(self._next())
+                self.write(self._zero)
+                state = self._next()
+                break
+            except LinkLost as error:
+                if last == 0:
+                    raise DeviceError(f"{where}: {error}; {START}") from error
+        self._accept(state, self._asked.popleft())
+        metres(self._parsed(state)[0], f"haply device {self._id}")
+        if not self._sample.valid:
+            text = "sends no position, is not calibrated or has no power"
+            raise DeviceError(f"haply device {self._id}: {text}; see the Haply Hub")
+
+    def _next(self) -> bytes:
+        """Wait for the next message; only for ``open``."""
+        assert self._link is not None
+        until = monotonic_ns() + round(OPEN_S * 1e9)
+        while (left := until - monotonic_ns()) > 0:
+            if messages := self._link.take(left * 1e-9):
+                return messages[0]
+        raise LinkLost(f"no answer in {OPEN_S:g} s")
+
+    def _meet(self, snapshot: bytes) -> None:
+        """Choose the device from the first message of a connection, which has all settings."""
+        try:
+            there = {each["device_id"]: each for each in json.loads(snapshot).get("inverse3", [])}
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise LinkLost("what answers is no Inverse Service") from None
+        names = ", ".join(there) or "none; plug it in and switch it on"
+        if self._id not in there and (self._id or len(there) != 1):
+            raise DeviceError(
+                f"haply.device_id = {self._id!r}: must be one of those there: {names}"
+            )
+        self._id = self._id or next(iter(there))
+        self._claim = self._claim or self._claimed()
+        config: dict[str, Any] = there[self._id].get("config", {})
+        kind = config.get("type", self._params.model)
+        if not kind.startswith(self._params.model):
+            text = f"device {self._id} is a {kind}; set haply.model to one of {', '.join(HAPLY)}"
+            raise DeviceError(f"haply.model = {self._params.model!r}: {text}")
+        self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
+        centred = "centered" in str(config.get("preset", ""))
+        self._centre = (0.0, 0.0, 0.0) if centred else self._profile.centre_m
+        self.info = replace(self.info, serial=self._id)
+        settings = {name: config[name] for name in PLANT if name in config}
+        text = f"haply device {self._id}: forces as {self._form!r}; the service's settings, which"
+        tell(self._setup, f"{text} no prediction knows: {json.dumps(settings)}")
+
+    def _claimed(self) -> socket.socket:
+        """Return what no other process of this machine can have while this one lives."""
+        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            claim.bind(f"\0pmwvc.haply.{self._id}")
+        except OSError:
+            claim.close()
+            text = "another master has this device (their forces would add); name another one"
+            raise DeviceError(f"haply.device_id = {self._id!r}: {text}") from None
+        return claim
+
+    def read(self, due_ns: int) -> DeviceSample:
+        """Take the answers that wait; for the first one wait half a tick at most."""
+        self._due_ns, self._sample.fresh = due_ns, False
+        if self._link is None and due_ns < self._call_ns:
+            return self._sample
+        try:
+            if self._link is None:
+                self._call_ns = due_ns + CALL_NS
+                self._link = InverseLink(self._uri, *self._address)
+            self._listen(self._link)
+        except (LinkLost, DeviceError) as error:
+            self._lose(error)
+        return self._sample
+
+    def _listen(self, link: InverseLink) -> None:
+        wait_s = (self._due_ns - monotonic_ns()) * 1e-9 + 0.5 * self._setup.tick_s
+        newest = None
+        for message in link.take(max(wait_s, 0.0) if self._asked else 0.0):
+            if not self._form:
+                self._meet(message)
+            elif self._asked:  # an answer more than there were questions tells nothing of its age
+                newest = message, self._asked.popleft()
+        if newest is not None:
+            self._accept(*newest)
+        elif not self._form and self._due_ns >= self._call_ns:
+            raise LinkLost("no answer to the call")
+        elif self._asked:
+            silent_ns = self._due_ns - self._asked[0]
+            self._sample.valid &= silent_ns <= STALE_NS
+            if silent_ns > CALL_NS:
+                raise LinkLost(f"no answer for {CALL_NS * 1e-9:g} s")
+
+    def _lose(self, error: Exception) -> None:
+        """Let go of the connection, and call again later."""
+        if self._link is not None:
+            self._link.close()
+        if self._sample.valid or self._form:
+            tell(self._setup, f"haply device {self._id}: {error}; called again every second")
+        self._link, self._form, self._sample.valid = None, "", False
+        self._asked.clear()
+        self._call_ns = self._due_ns + CALL_NS
+
+    def _parsed(self, message: bytes) -> tuple[list[float], list[float], bool]:
+        """Return position, velocity and whether they can be trusted; NaN where they lack."""
+        try:
+            there = {each["device_id"]: each for each in json.loads(message)["inverse3"]}
+            found = there[self._id]
+            state, status = found["state"], found.get("status", {})
+            x, xd = (
+                [float(state[name][axis]) for axis in "xyz"]
+                for name in ("cursor_position", "cursor_velocity")
+            )
+        except (ValueError, KeyError, TypeError):
+            return [math.nan] * 3, [math.nan] * 3, False
+        ready = all(status.get(name, True) for name in ("calibrated", "power_supply"))
+        return x, xd, ready and plausible(x) and all(map(math.isfinite, xd))
+
+    def _accept(self, message: bytes, measured_ns: int) -> None:
+        sample = self._sample
+        x, xd, sample.valid = self._parsed(message)
+        sample.fresh, sample.measured_ns = True, measured_ns
+        if sample.valid:
+            sample.x, sample.xd = self._axes.world(x, self._centre), self._axes.world(xd)
+
+    def write(self, f_m: Value) -> None:
+        """Send the force on the hand at once."""
+        if self._link is None or not self._form:
+            return
+        x, y, z = self._axes.on_hand(f_m)
+        force = {"set_cursor_force": {self._form: {"x": x, "y": y, "z": z}}}
+        message = {"inverse3": [{"device_id": self._id, "commands": force}]}
+        try:
+            self._link.send(json.dumps(message))
+            self._asked.append(self._due_ns)
+        except LinkLost as error:
+            self._lose(error)
+
+    def couple(self) -> None:
+        """Do nothing: a person needs no start."""
+
+    def stop(self) -> None:
+        """Send zero force."""
+        self.write(self._zero)
+
+    def close(self) -> None:
+        """Close the connection, which ends every command, and let others have the device."""
+        for each in (self._link, self._claim):
+            if each is not None:
+                each.close()
+        self._link = self._claim = None

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A WebSocket to a service on this machine, in the thread of a loop, which it never blocks.
+
+``websockets`` has the protocol apart from sockets, and that part is used: its ready clients read
+in a thread of their own (with which a loop would share the interpreter) and wait for a handshake.
+"""
+
+import contextlib
+import select
+import socket
+from typing import Any
+
+from websockets.client import ClientProtocol
+from websockets.exceptions import WebSocketException
+from websockets.frames import Frame, Opcode
+from websockets.uri import WebSocketURI
+
+READ = 1 << 16
+TOO_MANY = 1 << 20  # bytes that wait to be sent: the service reads no more
+
+
+class LinkLost(Exception):
+    """The service is gone, or what answers is none."""
+
+
+class InverseLink:
+    """One connection, which may still be under way; every call raises LinkLost once it is lost."""
+
+    def __init__(self, uri: WebSocketURI, family: int, address: Any) -> None:
+        self._protocol = ClientProtocol(uri)
+        self._socket = socket.socket(family, socket.SOCK_STREAM)
+        self._socket.setblocking(False)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.connect_ex(address)  # refused later, by a call
+        self._waiting = b""  # to be sent
+        self._part = b""  # of a message
+        self._protocol.send_request(self._protocol.connect())
+
+    def send(self, text: str) -> None:
+        """Send a message, without waiting."""
+        try:
+            self._protocol.send_text(text.encode())
+        except WebSocketException as error:
+            raise LinkLost(str(error)) from error
+        self._flush()
+
+    def take(self, wait_s: float = 0.0) -> list[bytes]:
+        """Return all messages that wait; wait for the first of them at most ``wait_s``."""
+        messages: list[bytes] = []
+        with contextlib.suppress(BlockingIOError):
+            self._flush()
+            select.select([self._socket], [], [], wait_s)
+            while True:
+                messages += self._received()
+        return messages
+
+    def _received(self) -> list[bytes]:
+        """Return the messages of a piece of the stream; BlockingIOError where there is none."""
+        try:
+            data = self._socket.recv(READ)
+        except BlockingIOError:
+            raise
+        except OSError as error:
+            raise LinkLost(error.strerror or str(error)) from error
+        if not data:
+            raise LinkLost("connection closed")
+        self._protocol.receive_data(data)
+        self._flush()  # pongs
+        messages = []
+        frames = [each for each in self._protocol.events_received() if isinstance(each, Frame)]
+        if self._protocol.handshake_exc is not None:
+            raise LinkLost(f"no WebSocket: {self._protocol.handshake_exc}")
+        for event in frames:
+            if event.opcode is Opcode.CLOSE:
+                raise LinkLost("connection closed by the service")
+            if event.opcode in (Opcode.TEXT, Opcode.CONT):
+                self._part += event.data
+                if event.fin:
+                    messages.append(self._part)
+                    self._part = b""
+        return messages
+
+    def _flush(self) -> None:
+        self._waiting += b"".join(self._protocol.data_to_send())
+        try:
+            while self._waiting:
+                self._waiting = self._waiting[self._socket.send(self._waiting) :]
+        except BlockingIOError:
+            if len(self._waiting) > TOO_MANY:
+                raise LinkLost("the service reads no more") from None
+        except OSError as error:
+            raise LinkLost(error.strerror or str(error)) from error
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._socket.close()
