@@ -79,9 +79,15 @@ ROOMS = {
     ),
     "command line": Room(3_409, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        444,
-        444,
-        inside("pmwvc_master", "devices/vendor.py", "devices/haply.py", "devices/inverse_link.py"),
+        582,
+        582,
+        inside(
+            "pmwvc_master",
+            "devices/vendor.py",
+            "devices/haply.py",
+            "devices/inverse_link.py",
+            "devices/force_dimension.py",
+        ),
     ),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_426, 3_000, ("pmwvc_view",)),

@@ -9,6 +9,7 @@ lets it, or not at all.
 import contextlib
 import math
 import socket
+import threading
 
 import numpy as np
 import pytest
@@ -118,6 +119,18 @@ def test_of_answers_that_wait_the_newest_counts_with_its_age(waiting):
         last = device.read(6 * TICK_NS)
         assert (last.x, last.measured_ns, last.fresh) == (0.04, 4 * TICK_NS, True)
         assert not device.read(7 * TICK_NS).fresh  # nothing more was asked
+
+
+def test_a_read_takes_all_that_waits_in_however_small_pieces(waiting, monkeypatch):
+    monkeypatch.setattr(inverse_link, "READ", 7)
+    with InverseService() as service, opened(service) as device:
+        service.hold()
+        for tick in range(1, 4):
+            device._due_ns = tick * TICK_NS
+            device.write(0.0)
+            service.force()
+        service.release()
+        assert device.read(4 * TICK_NS).measured_ns == 3 * TICK_NS
 
 
 def test_answers_that_are_repeated_make_no_sample_younger(waiting):
@@ -257,6 +270,23 @@ def test_after_a_service_went_away_the_force_rises_from_zero(waiting):
         assert steps.max() < 0.05
 
 
+@contextlib.contextmanager
+def serving(answer, port):
+    """Answer the first call at a port with something else than a WebSocket."""
+    with socket.create_server(("127.0.0.1", port)) as server:
+
+        def serve():
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(1 << 16)
+                connection.sendall(answer)
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        yield
+        thread.join()
+
+
 def refused(service, match, **params):
     device = HaplyDevice(vendor_setup("haply"), HaplyParams(service=service.url, **params))
     with pytest.raises(DeviceError, match=match):
@@ -270,16 +300,18 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy():
             refused(service, r"haply\.device_id = '049D': another master has this device")
         with opened(service):  # given back
             pass
-        refused(service, r"device_id = '04A1': must be one of those there: 049D", device_id="04A1")
+        refused(service, r"device_id = '04A1': must be one of 049D", device_id="04A1")
         refused(service, r"model = 'minverse': device 049D is a inverse3; set", model="minverse")
         service.position = [0.0, -120.0, 150.0]
         refused(service, r"position \(0, -120, 150\) m: are these mm\?")
         service.position, service.status = [0.0, 0.0, 0.0], {"calibrated": False}
         refused(service, "not calibrated")
         service.ids = ("049D", "04A1")
-        refused(service, r"device_id = '': must be one of those there: 049D, 04A1")
+        refused(service, r"device_id = '': must be one of 049D, 04A1")
         service.ids = ()
-        refused(service, "none; plug it in")
+        refused(service, "one of none; plug it in")
+    with serving(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", service.port):
+        refused(service, "no WebSocket: .*404; start the Haply Hub")
     refused(service, r"haply\.service = 'ws://127.*refused; start the Haply Hub")
     with pytest.raises(DeviceError, match=r"haply\.service = 'localhost'"):
         HaplyDevice(vendor_setup("haply"), HaplyParams(service="localhost"))
@@ -310,12 +342,13 @@ def node_of(service, **given):
 def test_parameters_are_the_nodes_and_the_services_settings_are_told(monkeypatch):
     with InverseService() as service, node_of(service, axes="z x y") as peer:
         said = []
-        monkeypatch.setattr(haply, "tell", lambda _, text: said.append(text))
+        monkeypatch.setattr(HaplyDevice, "_tell", lambda _, text: said.append(text))
         device = HaplyDevice(vendor_setup("haply", node=peer.node))
         assert device._params == HaplyParams(service=service.url, axes="z x y")
         device.open()
         device.close()
-        (text,) = said
+        text = " ".join(said)
+        assert "049D, forces as 'vector', limits from Inverse SDK" in text
         assert '"force_gate": {"gain": 0.3}' in text and "gravity_compensation" in text
     with pytest.raises(ParameterError, match=r"must be one of inverse3, minverse"):
         HaplyParams(model="inverse4")

@@ -17,6 +17,7 @@ Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports bas
 filters in the snapshot with which it begins. Its axes: x right, y forward, z up.
 """
 
+import contextlib
 import json
 import math
 import socket
@@ -28,13 +29,12 @@ from typing import Any
 from websockets.exceptions import WebSocketException
 from websockets.uri import parse_uri
 
-from pmwvc_core.ends.inbox import value
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value
-from pmwvc_core.params.fields import Validated, fixed
+from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
 from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
-from pmwvc_master.devices.vendor import HAPLY, Axes, info_of, metres, own, plausible, tell
+from pmwvc_master.devices.vendor import FARTHEST_M, HAPLY, ORIGIN, VendorDevice, VendorParams
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
 OPEN_S = 3.0  # for each of its first two answers
@@ -46,7 +46,7 @@ START = "start the Haply Hub or haply-inverse-service"
 
 
 @dataclass(frozen=True)
-class HaplyParams(Validated):
+class HaplyParams(VendorParams):
     """Parameters of the node besides those of every device."""
 
     model: str = fixed("inverse3", tuple(HAPLY), "model, whose limits apply")
@@ -55,47 +55,37 @@ class HaplyParams(Validated):
     axes: str = fixed("x y z", "-", "axes of the device that are axes 0, 1, 2 of the world")
 
 
-class HaplyDevice:
-    """One device; the force of its hand is not known."""
+class HaplyDevice(VendorDevice[HaplyParams]):
+    """One device of the service."""
 
     def __init__(self, setup: DeviceSetup, params: HaplyParams | None = None) -> None:
-        self._setup, self._params = setup, params or own(setup, "haply", HaplyParams)
-        self._axes = Axes("haply.axes", self._params.axes, setup)
-        self._profile = HAPLY[self._params.model]
-        self.info = info_of(self._profile, self._params.model, setup, "exchange")
+        super().__init__("haply", setup, HaplyParams, params, HAPLY, "exchange")
+        self._where = f"haply.service = {self._params.service!r}"
         try:
             self._uri = parse_uri(self._params.service)
         except WebSocketException as error:
-            raise DeviceError(f"haply.service = {self._params.service!r}: {error}") from error
+            raise DeviceError(f"{self._where}: {error}") from error
         self._id = self._params.device_id
-        self._zero = value((0.0,) * setup.dof)
-        self._sample = DeviceSample(x=self._zero, xd=self._zero, f_h=self._zero, valid=False)
         self._link: InverseLink | None = None
         self._claim: socket.socket | None = None
-        self._form: str = ""  # of a force; empty until the service has said what it has
+        self._form = ""  # of a force; empty until the service has said what it has
         self._asked: deque[int] = deque()  # ticks [ns] of messages without an answer
         self._due_ns = self._call_ns = 0
 
     def open(self) -> None:
         """Call the service, choose the device, check that its state can be used."""
-        where = f"haply.service = {self._params.service!r}"
         try:
-            found = socket.getaddrinfo(self._uri.host, self._uri.port, type=socket.SOCK_STREAM)
-        except OSError as error:
-            raise DeviceError(f"{where}: {error.strerror}") from error
-        for last, (family, _, _, _, address) in enumerate(found, 1 - len(found)):
-            self._address = family, address
-            try:
-                self._link = InverseLink(self._uri, *self._address)
-                self._meet(self._next())
-                self.write(self._zero)
-                state = self._next()
-                break
-            except LinkLost as error:
-                if last == 0:
-                    raise DeviceError(f"{where}: {error}; {START}") from error
-        self._accept(state, self._asked.popleft())
-        metres(self._parsed(state)[0], f"haply device {self._id}")
+            self._host = socket.gethostbyname(self._uri.host)
+            self._link = InverseLink(self._uri, self._host)
+            self._meet(self._next())
+            self.write(self._zero)
+            state = self._next()
+        except (LinkLost, OSError) as error:
+            raise DeviceError(f"{self._where}: {error}; {START}") from error
+        x = self._accept(state, self._asked.popleft())
+        if max(map(abs, x)) >= FARTHEST_M:
+            text = f"position ({', '.join(f'{each:g}' for each in x)}) m: are these mm?"
+            raise DeviceError(f"haply device {self._id}: {text} The scale of its mount must be 1")
         if not self._sample.valid:
             text = "sends no position, is not calibrated or has no power"
             raise DeviceError(f"haply device {self._id}: {text}; see the Haply Hub")
@@ -115,25 +105,23 @@ class HaplyDevice:
             there = {each["device_id"]: each for each in json.loads(snapshot).get("inverse3", [])}
         except (ValueError, KeyError, TypeError, AttributeError):
             raise LinkLost("what answers is no Inverse Service") from None
-        names = ", ".join(there) or "none; plug it in and switch it on"
         if self._id not in there and (self._id or len(there) != 1):
-            raise DeviceError(
-                f"haply.device_id = {self._id!r}: must be one of those there: {names}"
-            )
+            text = f"must be one of {', '.join(there) or 'none; plug it in and switch it on'}"
+            raise DeviceError(f"haply.device_id = {self._id!r}: {text}")
         self._id = self._id or next(iter(there))
         self._claim = self._claim or self._claimed()
-        config: dict[str, Any] = there[self._id].get("config", {})
+        config: dict[str, Any] = there[self._id].get("config") or {}
         kind = config.get("type", self._params.model)
         if not kind.startswith(self._params.model):
             text = f"device {self._id} is a {kind}; set haply.model to one of {', '.join(HAPLY)}"
             raise DeviceError(f"haply.model = {self._params.model!r}: {text}")
         self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
         centred = "centered" in str(config.get("preset", ""))
-        self._centre = (0.0, 0.0, 0.0) if centred else self._profile.centre_m
+        self._centre = ORIGIN if centred else self._profile.centre_m
         self.info = replace(self.info, serial=self._id)
         settings = {name: config[name] for name in PLANT if name in config}
-        text = f"haply device {self._id}: forces as {self._form!r}; the service's settings, which"
-        tell(self._setup, f"{text} no prediction knows: {json.dumps(settings)}")
+        self._tell(f"{self._id}, forces as {self._form!r}, limits from {self._profile.source}")
+        self._tell(f"settings of the service, unknown to predictions: {json.dumps(settings)}")
 
     def _claimed(self) -> socket.socket:
         """Return what no other process of this machine can have while this one lives."""
@@ -154,14 +142,14 @@ class HaplyDevice:
         try:
             if self._link is None:
                 self._call_ns = due_ns + CALL_NS
-                self._link = InverseLink(self._uri, *self._address)
+                self._link = InverseLink(self._uri, self._host)
             self._listen(self._link)
         except (LinkLost, DeviceError) as error:
             self._lose(error)
         return self._sample
 
     def _listen(self, link: InverseLink) -> None:
-        wait_s = (self._due_ns - monotonic_ns()) * 1e-9 + 0.5 * self._setup.tick_s
+        wait_s = (self._due_ns - monotonic_ns()) * 1e-9 + 0.5 * self._tick_s
         newest = None
         for message in link.take(max(wait_s, 0.0) if self._asked else 0.0):
             if not self._form:
@@ -183,32 +171,26 @@ class HaplyDevice:
         if self._link is not None:
             self._link.close()
         if self._sample.valid or self._form:
-            tell(self._setup, f"haply device {self._id}: {error}; called again every second")
+            self._tell(f"{self._id}: {error}; called again every second")
         self._link, self._form, self._sample.valid = None, "", False
         self._asked.clear()
         self._call_ns = self._due_ns + CALL_NS
 
-    def _parsed(self, message: bytes) -> tuple[list[float], list[float], bool]:
-        """Return position, velocity and whether they can be trusted; NaN where they lack."""
-        try:
+    def _accept(self, message: bytes, measured_ns: int) -> list[float]:
+        """Take a state over; return its position."""
+        x, xd, ready = [math.nan] * 3, [math.nan] * 3, False
+        with contextlib.suppress(ValueError, LookupError, TypeError, AttributeError):  # NaN
             there = {each["device_id"]: each for each in json.loads(message)["inverse3"]}
-            found = there[self._id]
-            state, status = found["state"], found.get("status", {})
+            state, status = there[self._id]["state"], there[self._id].get("status", {})
+            ready = all(status.get(name, True) for name in ("calibrated", "power_supply"))
             x, xd = (
                 [float(state[name][axis]) for axis in "xyz"]
                 for name in ("cursor_position", "cursor_velocity")
             )
-        except (ValueError, KeyError, TypeError):
-            return [math.nan] * 3, [math.nan] * 3, False
-        ready = all(status.get(name, True) for name in ("calibrated", "power_supply"))
-        return x, xd, ready and plausible(x) and all(map(math.isfinite, xd))
-
-    def _accept(self, message: bytes, measured_ns: int) -> None:
-        sample = self._sample
-        x, xd, sample.valid = self._parsed(message)
-        sample.fresh, sample.measured_ns = True, measured_ns
-        if sample.valid:
-            sample.x, sample.xd = self._axes.world(x, self._centre), self._axes.world(xd)
+        self._sense(x, xd, self._centre)
+        self._sample.valid &= ready
+        self._sample.fresh, self._sample.measured_ns = True, measured_ns
+        return x
 
     def write(self, f_m: Value) -> None:
         """Send the force on the hand at once."""
@@ -222,13 +204,6 @@ class HaplyDevice:
             self._asked.append(self._due_ns)
         except LinkLost as error:
             self._lose(error)
-
-    def couple(self) -> None:
-        """Do nothing: a person needs no start."""
-
-    def stop(self) -> None:
-        """Send zero force."""
-        self.write(self._zero)
 
     def close(self) -> None:
         """Close the connection, which ends every command, and let others have the device."""

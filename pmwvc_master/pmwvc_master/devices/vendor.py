@@ -6,20 +6,34 @@ Peak force and workspace are declared where a source is at hand. None gives cont
 apparent mass or encoder step: measure them, and set ``safety.max_force`` and ``device.*``.
 """
 
+import math
 import re
-from collections.abc import Sequence
-from typing import NamedTuple, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
 
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value, flatten
+from pmwvc_core.params.fields import Validated
 from pmwvc_core.runtime.parameters import declare
-from pmwvc_master.devices import DeviceInfo, DeviceSetup, Pacing
+from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup, Pacing
 
 MOST_AXES = 3
 FARTHEST_M = 1.0  # no hand gets farther from the origin of a device on a desk
-P = TypeVar("P")
 Vector3 = Sequence[float]  # in the axes of the device
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class VendorParams(Validated):
+    """What the parameters of each have: the name of a profile, the text of ``Axes``."""
+
+    model: str = ""
+    axes: str = ""
+
+
+P = TypeVar("P", bound=VendorParams)
 
 
 class Profile(NamedTuple):
@@ -28,7 +42,7 @@ class Profile(NamedTuple):
     source: str
     workspace_m: float  # half extent
     max_force: float | None = None  # [N] peak
-    centre_m: Vector3 = (0.0, 0.0, 0.0)  # of the workspace
+    centre_m: Vector3 = ORIGIN  # of the workspace
     types: tuple[int, ...] = ()  # as ``dhdGetSystemType`` returns them
 
 
@@ -66,7 +80,7 @@ class Axes:
         used = found[: setup.dof]
         self._axes = [("xyz".index(axis), -1.0 if sign else 1.0) for sign, axis in used]
 
-    def world(self, vector: Vector3, origin: Vector3 = (0.0, 0.0, 0.0)) -> Value:
+    def world(self, vector: Vector3, origin: Vector3 = ORIGIN) -> Value:
         """Return a vector of the device, from ``origin``, in axes of the world."""
         return value(tuple(sign * (vector[at] - origin[at]) for at, sign in self._axes))
 
@@ -78,32 +92,44 @@ class Axes:
         return force
 
 
-def plausible(position: Vector3) -> bool:
-    """Tell whether these are metres of a device on a desk, not millimetres and not NaN."""
-    return all(abs(each) < FARTHEST_M for each in position)
+class VendorDevice(Generic[P]):
+    """The part of a device that is alike for all; the force of its hand is not known."""
 
+    def __init__(
+        self, name: str, setup: DeviceSetup, kind: type[P], params: P | None,
+        models: Mapping[str, Profile], pacing: Pacing,
+    ) -> None:  # fmt: skip
+        """Make a device from ``params``; else those that the node was given, or the defaults."""
+        node = self._node = setup.node
+        self._params = p = params or (kind() if node is None else declare(node, name, kind))
+        self._tick_s, self._profile = setup.tick_s, models[p.model]
+        self._axes = Axes(f"{name}.axes", p.axes, setup)
+        self.info = DeviceInfo(
+            p.model, setup.dof, max_force=self._profile.max_force, pacing=pacing,
+            workspace_m=self._profile.workspace_m, velocity="estimated",
+        )  # fmt: skip
+        zero = self._zero = value((0.0,) * setup.dof)
+        self._sample = DeviceSample(x=zero, xd=zero, f_h=zero, valid=False)
 
-def metres(position: Vector3, of: str) -> None:
-    """Refuse positions that look like millimetres."""
-    if max(map(abs, position)) >= FARTHEST_M:
-        text = ", ".join(f"{each:g}" for each in position)
-        raise DeviceError(f"{of}: position ({text}) m: are these mm? Set the vendor's scale to m")
+    def _tell(self, text: str) -> None:
+        """Write a line to the log of the node, where there is one."""
+        if self._node is not None:
+            self._node.get_logger().info(f"{self.info.model}: {text}")
 
+    def _sense(self, x: Vector3, xd: Vector3, centre_m: Vector3 = ORIGIN) -> None:
+        """Take a motion in axes of the device over; it is invalid where it cannot be metres."""
+        sample = self._sample
+        sample.valid = all(abs(each) < FARTHEST_M for each in x) and all(map(math.isfinite, xd))
+        if sample.valid:
+            sample.x, sample.xd = self._axes.world(x, centre_m), self._axes.world(xd)
 
-def own(setup: DeviceSetup, prefix: str, kind: type[P]) -> P:
-    """Return a device's own parameters, declared at the node; the defaults without one."""
-    return kind() if setup.node is None else declare(setup.node, prefix, kind)
+    def write(self, f_m: Value) -> None:
+        """Push the hand with ``-f_m`` until the next call."""
+        raise NotImplementedError
 
+    def couple(self) -> None:
+        """Do nothing: a person needs no start."""
 
-def info_of(profile: Profile, model: str, setup: DeviceSetup, pacing: Pacing) -> DeviceInfo:
-    """Return the declaration of a model. No vendor measures velocity: all form differences."""
-    return DeviceInfo(
-        model, setup.dof, max_force=profile.max_force, workspace_m=profile.workspace_m,
-        pacing=pacing, velocity="estimated",
-    )  # fmt: skip
-
-
-def tell(setup: DeviceSetup, text: str) -> None:
-    """Write a line to the log of the node, where there is one."""
-    if setup.node is not None:
-        setup.node.get_logger().info(text)
+    def stop(self) -> None:
+        """Set the force to zero."""
+        self.write(self._zero)

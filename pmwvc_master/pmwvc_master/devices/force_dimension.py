@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Omega, Delta, Sigma and Falcon by the vendor's library, ``libdhd`` of the Force Dimension SDK.
+
+The loop reads and writes (metres, newtons; x towards the user, y right, z up). The library forms
+velocities from positions, by default over 20 ms, which would make them 10 ms late; here over one
+tick. A negative result is an error: such a read, or the one after a force that was refused, is
+invalid, and a positive one is none (1: nothing new since the last read).
+"""
+
+from collections.abc import Callable
+from ctypes import CDLL, POINTER, c_byte, c_char_p, c_double, c_int, c_ubyte
+from dataclasses import dataclass
+from typing import Any
+
+from pmwvc_core.errors import DeviceError
+from pmwvc_core.numeric import Value
+from pmwvc_core.params.fields import fixed
+from pmwvc_master.devices import DeviceSample, DeviceSetup
+from pmwvc_master.devices.vendor import FORCE_DIMENSION, VendorDevice, VendorParams
+
+LIBRARIES = ("libdhd.so.3", "libdhd.so")
+NOTHING_NEW = 1  # DHD_TIMEGUARD
+# Of the status, which must not be 0: DHD_STATUS_POWER and DHD_STATUS_RESET.
+READY = {0: "switch it on", 3: "calibrate it by HapticInit of the SDK"}
+STATUS_SIZE = 64  # 16 in SDK 3.7, perhaps more later
+_VECTOR = (POINTER(c_double),) * 3
+_CALLS = {
+    "dhdOpen": (), "dhdOpenSerial": (c_int,), "dhdClose": (c_byte,),
+    "dhdGetSystemType": (c_byte,), "dhdGetSystemName": (c_byte,), "dhdErrorGetLastStr": (),
+    "dhdGetStatus": (POINTER(c_int), c_byte), "dhdEnableForce": (c_ubyte, c_byte),
+    "dhdConfigLinearVelocity": (c_int, c_int, c_byte),
+    "dhdGetPosition": (*_VECTOR, c_byte), "dhdGetLinearVelocity": (*_VECTOR, c_byte),
+    "dhdSetForce": (c_double, c_double, c_double, c_byte),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ForceDimensionParams(VendorParams):
+    """Parameters of the node besides those of every device."""
+
+    model: str = fixed("omega.3", tuple(FORCE_DIMENSION), "model, whose limits apply")
+    serial: int = fixed(0, ">= 0", "serial number (0: the first that is free)")
+    library: str = fixed("", "-", "path of libdhd (empty: where the system finds it)")
+    axes: str = fixed("y -x z", "-", "axes of the device that are axes 0, 1, 2 of the world")
+
+
+class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
+    """One device at the library."""
+
+    def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
+        kind, models = ForceDimensionParams, FORCE_DIMENSION
+        super().__init__("force_dimension", setup, kind, params, models, "host")
+        self._x, self._xd = [c_double() for _ in "xyz"], [c_double() for _ in "xyz"]
+        self._dhd: dict[str, Callable[..., Any]] = {}
+        self._id = -1  # of an open device
+        self._refused = False  # the last force
+
+    def open(self) -> None:
+        """Load the library, open the device, switch its forces on, at zero."""
+        self._dhd, serial = calls_of(self._params.library), self._params.serial
+        self._id = self._dhd["dhdOpenSerial"](serial) if serial else self._dhd["dhdOpen"]()
+        if self._id < 0:
+            which = f"serial = {serial}" if serial else "device"
+            raise DeviceError(
+                f"force_dimension: no {which} can be opened ({self._error()}): plug it in, "
+                "switch it on, end other programs that use it, allow access to it by a udev rule"
+            )
+        try:
+            self._check()
+            tick_ms = max(round(self._tick_s * 1e3), 1)
+            self._do("dhdConfigLinearVelocity", tick_ms, 0)
+            self._do("dhdSetForce", 0.0, 0.0, 0.0)
+            self._do("dhdEnableForce", 1)
+        except DeviceError:
+            self.close()
+            raise
+
+    def _check(self) -> None:
+        """Refuse another model, and a device without power or calibration."""
+        kind, name = (self._dhd[f"dhdGetSystem{each}"](self._id) for each in ("Type", "Name"))
+        text = f"{(name or b'').decode()} (type {kind})"
+        self._tell(f"{text}, limits from {self._profile.source}")
+        if kind not in self._profile.types:
+            models = ", ".join(FORCE_DIMENSION)
+            model = f"force_dimension.model = {self._params.model!r}"
+            raise DeviceError(f"{model}: the device is {text}; set the model to one of {models}")
+        status = (c_int * STATUS_SIZE)()
+        self._do("dhdGetStatus", status)
+        for at, remedy in READY.items():
+            if not status[at]:
+                raise DeviceError(f"force_dimension: {text} is not ready; {remedy}")
+
+    def _do(self, name: str, *arguments: Any) -> None:
+        if self._dhd[name](*arguments, self._id) < 0:
+            raise DeviceError(f"force_dimension: {name} failed: {self._error()}")
+
+    def _error(self) -> str:
+        return str((self._dhd["dhdErrorGetLastStr"]() or b"unknown error").decode())
+
+    def read(self, due_ns: int) -> DeviceSample:
+        """Return position and velocity."""
+        there = self._dhd["dhdGetPosition"](*self._x, self._id)
+        moves = self._dhd["dhdGetLinearVelocity"](*self._xd, self._id)
+        if known := min(there, moves) >= 0:
+            self._sense([each.value for each in self._x], [each.value for each in self._xd])
+        self._sample.valid &= known and not self._refused
+        self._sample.fresh = there != NOTHING_NEW
+        return self._sample
+
+    def write(self, f_m: Value) -> None:
+        """Push the hand until the next call."""
+        if self._id >= 0:
+            force = self._axes.on_hand(f_m)
+            self._refused = self._dhd["dhdSetForce"](*force, self._id) < 0
+
+    def close(self) -> None:
+        """Switch the forces off and give the device back."""
+        if self._id >= 0:
+            self._dhd["dhdEnableForce"](0, self._id)
+            self._dhd["dhdClose"](self._id)
+        self._id = -1
+
+
+def calls_of(path: str) -> dict[str, Callable[..., Any]]:
+    """Return the calls of the library; DeviceError where it or one of them is not there."""
+    where, problem = f"force_dimension.library = {path!r}", ""
+    for name in (path,) if path else LIBRARIES:
+        try:
+            library = CDLL(name)
+            break
+        except OSError as error:
+            problem = problem or str(error)
+    else:
+        remedy = "install the Force Dimension SDK and name the file, or set LD_LIBRARY_PATH"
+        raise DeviceError(f"{where}: {problem}; {remedy}")
+    if lacks := [name for name in _CALLS if not hasattr(library, name)]:
+        raise DeviceError(f"{where}: lacks {', '.join(lacks)}; install a newer SDK (3.7 or later)")
+    calls = {name: getattr(library, name) for name in _CALLS}
+    for name, call in calls.items():
+        call.argtypes = _CALLS[name]
+        call.restype = c_char_p if name.endswith(("Str", "Name")) else c_int
+    return calls

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The Force Dimension device against a fake of the vendor's library, made by the C compiler."""
+
+import ctypes
+import math
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rclpy.parameter import Parameter
+from support.processes import ros
+from support.vendor_setup import vendor_setup
+
+from pmwvc_core.errors import DeviceError, ParameterError
+from pmwvc_master.devices.force_dimension import ForceDimensionDevice, ForceDimensionParams
+
+SOURCE = Path(__file__).resolve().parents[1] / "support" / "fake_dhd.c"
+COMPILER = shutil.which("cc")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler for the fake library")
+
+
+def compiled(folder, *options):
+    path = folder / "libdhd.so.3"
+    subprocess.run([COMPILER, "-shared", "-fPIC", *options, "-o", path, SOURCE], check=True)
+    return path
+
+
+class Fake:
+    """The variables of the fake library."""
+
+    def __init__(self, path):
+        self.path, self._library = str(path), ctypes.CDLL(str(path))
+
+    def vector(self, name):
+        return (ctypes.c_double * 3).in_dll(self._library, f"fake_{name}")
+
+    def __getitem__(self, name):
+        return ctypes.c_int.in_dll(self._library, f"fake_{name}").value
+
+    def __setitem__(self, name, value):
+        ctypes.c_int.in_dll(self._library, f"fake_{name}").value = value
+
+    def made(self, dof=1, **params):
+        params = ForceDimensionParams(**({"library": self.path} | params))
+        return ForceDimensionDevice(vendor_setup("force_dimension", dof), params)
+
+    def opened(self, dof=1, **params):
+        device = self.made(dof, **params)
+        device.open()
+        return device
+
+
+@pytest.fixture
+def fake(tmp_path):
+    """A library of its own for each test: its variables are as they were."""
+    return Fake(compiled(tmp_path))
+
+
+@needs_compiler
+def test_one_axis_is_the_devices_y_with_the_sign_of_the_world(fake):
+    device = fake.opened()
+    sample = device.read(0)
+    assert (sample.x, sample.xd, sample.valid, sample.fresh) == (0.02, 0.2, True, True)
+    device.write(1.5)
+    assert list(fake.vector("force")) == [0.0, -1.5, 0.0]
+    turned = fake.opened(axes="-z x y")
+    assert turned.read(0).x == -0.03
+    turned.write(1.5)
+    assert list(fake.vector("force")) == [0.0, 0.0, 1.5]
+
+
+@needs_compiler
+def test_three_axes_are_turned_alike_for_motion_and_force(fake):
+    device = fake.opened(3)
+    sample, f_m = device.read(0), np.array([1.0, -2.0, 0.5])
+    np.testing.assert_allclose(sample.x, [0.02, -0.01, 0.03])
+    device.write(f_m)
+    assert np.dot(fake.vector("force"), fake.vector("velocity")) == pytest.approx(-f_m @ sample.xd)
+
+
+@needs_compiler
+def test_forces_are_switched_on_at_zero_and_off_at_the_end(fake):
+    device = fake.opened()
+    assert (fake["enabled"], fake["window_ms"]) == (1, 1)
+    at = ctypes.c_double.in_dll(fake._library, "fake_force_when_enabled")
+    assert at.value == 0.0
+    device.write(3.0)
+    for _ in range(2):
+        device.stop()
+        assert list(fake.vector("force")) == [0.0, 0.0, 0.0]
+    device.close()
+    assert (fake["enabled"], fake["open"]) == (0, 0)
+    device.stop()
+    device.close()
+
+
+@needs_compiler
+def test_an_error_makes_a_sample_invalid_and_moves_nothing(fake):
+    device = fake.opened()
+    assert device.read(0).valid
+    fake.vector("position")[1] = 0.05
+    fake["result"] = -1
+    assert (device.read(0).valid, device.read(0).x) == (False, 0.02)
+    fake["result"] = 0
+    assert (device.read(0).valid, device.read(0).x) == (True, 0.05)
+    for wrong in (math.nan, 50.0):
+        fake.vector("position")[1] = wrong
+        assert (device.read(0).valid, device.read(0).x) == (False, 0.05)
+    fake.vector("position")[1], fake.vector("velocity")[0] = 0.05, math.inf
+    assert not device.read(0).valid
+
+
+@needs_compiler
+def test_a_force_that_is_refused_makes_the_next_sample_invalid(fake):
+    device = fake.opened()
+    fake["force_result"] = -1
+    device.write(1.0)
+    assert not device.read(0).valid
+    fake["force_result"] = 2  # a motor at its limit
+    device.write(0.0)
+    assert device.read(0).valid
+
+
+@needs_compiler
+def test_a_position_that_is_not_new_is_not_fresh(fake):
+    device = fake.opened()
+    fake["result"] = 1
+    sample = device.read(0)
+    assert (sample.valid, sample.fresh) == (True, False)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("state", "params", "text"),
+    [
+        ({"busy": 1}, {}, r"no device can be opened \(device in use\): plug it in"),
+        ({}, {"serial": 8}, r"no serial = 8 can be opened"),
+        ({"type": 60}, {}, r"model = 'omega\.3': the device is fake \(type 60\); set the model"),
+        ({"power": 0}, {}, "not ready; switch it on"),
+        ({"calibrated": 0}, {}, "not ready; calibrate it"),
+        ({"force_result": -1}, {}, "dhdSetForce failed: device in use"),
+    ],
+)
+def test_what_cannot_be_opened_is_refused_with_the_remedy(fake, state, params, text):
+    for name, given in state.items():
+        fake[name] = given
+    with pytest.raises(DeviceError, match=text):
+        fake.opened(**params)
+    assert not fake["open"]
+    for name in state:
+        fake[name] = {"busy": 0, "type": 33, "force_result": 0}.get(name, 1)
+    assert fake.opened(serial=77).read(0).valid
+
+
+@needs_compiler
+def test_a_library_that_lacks_a_call_is_named_with_it(tmp_path):
+    path = compiled(tmp_path, "-DLACKS")
+    with pytest.raises(DeviceError, match=r"libdhd\.so\.3': lacks dhdSetForce; install a newer"):
+        Fake(path).opened()
+
+
+def test_a_library_that_is_not_there_is_named_with_the_remedy(tmp_path):
+    params = ForceDimensionParams(library=str(tmp_path / "libdhd.so.3"))
+    device = ForceDimensionDevice(vendor_setup("force_dimension"), params)
+    with pytest.raises(DeviceError, match=r"library = '.*No such file.*install the Force Dim"):
+        device.open()
+    device.stop()
+    device.close()
+
+
+def test_limits_are_those_of_the_model_and_parameters_the_nodes():
+    given = [Parameter("force_dimension.model", value="falcon")]
+    options = {"automatically_declare_parameters_from_overrides": True}
+    with ros(parameter_overrides=given, **options) as peer:
+        device = ForceDimensionDevice(vendor_setup("force_dimension", 3, node=peer.node))
+    assert (device.info.model, device.info.max_force) == ("falcon", 8.0)
+    assert (device.info.workspace_m, device.info.dof, device.info.pacing) == (0.04, 3, "host")
+    with pytest.raises(ParameterError, match=r"one of omega\.3, .*falcon"):
+        ForceDimensionParams(model="omega.9")
