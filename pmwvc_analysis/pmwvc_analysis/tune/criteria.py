@@ -204,7 +204,7 @@ def session_of(scenario: Scenario) -> Scenario | None:
     press; None where that is too much work.
     """
     if axes_of(scenario) == 1:
-        task = dataclasses.replace(scenario.task, sideways_m=0.0)
+        task = dataclasses.replace(scenario.task, sideways_m=0.0, upwards_m=0.0)
         scenario = dataclasses.replace(scenario, dof=1, task=task)
     ticks = USER_TICKS / len(scenario.users) / (COUPLED if scenario.dof > 1 else 1)
     longest_s = min(LONGEST_S, ticks * scenario.tick_s)

@@ -38,7 +38,7 @@ from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
-from pmwvc_core.server.environments import PLUGINS, environment_of
+from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
 
@@ -163,20 +163,34 @@ def _resting_box(
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
     axes, server, name = session.dof, session.server, session.server.environment
     rest = (0.0,) * axes
-    if made := environment_of(name).made:
-        state, _ = made(server, contacts, axes)
+    record = environment_of(name)
+    if record.made:
+        state, _ = record.made(server, contacts, axes)
     else:
+        assert record.outside is not None
         sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
         values = getattr(session.own, name, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        state = Outside(PLUGINS.make(name, setup), deque(), call, faults, absent)
+        environment = record.outside(setup)
+        if hasattr(environment, "meet"):
+            _require_meeting(server, users)
+        state = Outside(environment, deque(), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     seen = tuple(
         Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least
     )
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
     return BoxState(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
+
+
+def _require_meeting(server: ServerParams, users: Sequence["scenarios.User"]) -> None:
+    """Refuse what an environment that answers an impedance cannot do, with a ParameterError."""
+    where = f"server.environment = {server.environment!r} answers an impedance"
+    if server.integrator != "backward_euler":
+        raise ParameterError(f"{where}: set server.integrator = backward_euler")
+    if are_coupled(users):
+        raise ParameterError(f"{where}, one number for all axes: remove impedance_matrix")
 
 
 def resting_server(

@@ -152,6 +152,7 @@ class TaskParams(Validated):
     move_s: float = parameter(4.0, ">= 0 s", "time at which the target starts to move")
     distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
     sideways_m: float = parameter(0.0, "m", "and meanwhile along the second axis (dof > 1)")
+    upwards_m: float = parameter(0.0, "m", "likewise along the third axis (dof > 2)")
     move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
     rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")
 

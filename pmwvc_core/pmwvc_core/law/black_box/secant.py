@@ -215,10 +215,12 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
     return s._replace(secant=s.secant._replace(expected=expected)), velocity
 
 
-def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:
+def checked(
+    s: Seen, position: Vector, force: Vector, way_m: float, solved: bool, p: Any
+) -> Seen:  # fmt: skip
     """Note a force that cannot be used; learn from another one."""
     usable = within(force, LARGEST_N)
-    if not p.learns:
+    if solved or not p.learns:
         return s._replace(usable=usable)
     if not usable:
         force = zero(force)
