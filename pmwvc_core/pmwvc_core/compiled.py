@@ -8,13 +8,11 @@ by the type of the first argument, and what builds tuples has one line per eleme
 have ``_replace``.
 """
 
-import dis
 import hashlib
 import inspect
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from types import FunctionType
 from typing import Any
 
 import numba
@@ -26,12 +24,12 @@ from numba.extending import models, overload, register_model
 
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
+from pmwvc_core.unrolled import is_law, relinked
 
 # As quick as 3 here, compiled in two thirds of the time.
 numba.config.OPT = type(numba.config.OPT)(1)
 # A loop over laws is called instead: once for all users of a kind, and quicker to compile.
 INLINED = ("pmwvc_core.law", "pmwvc_core.plant")
-LAWS = (*INLINED, "pmwvc_core.simulation")
 
 ELEMENTWISE = (vectors.plus, vectors.minus, vectors.times, vectors.scaled)
 BUILDING = (vectors.each, vectors.chain, vectors.columns, *ELEMENTWISE)
@@ -83,12 +81,7 @@ def _inside(law: Callable[..., Any]) -> Any:
 
 def _made(law: Any, **options: Any) -> Any:
     """Return a law compiled, with globals that are compiled."""
-    names = {each.argval for each in dis.get_instructions(law) if each.opname == "LOAD_GLOBAL"}
-    used = {name: law.__globals__[name] for name in names & set(law.__globals__)}
-    globals_ = {**law.__globals__, **{name: _compiled(each) for name, each in used.items()}}
-    copy = FunctionType(law.__code__, globals_, law.__name__, law.__defaults__)
-    copy.__module__, copy.__qualname__ = law.__module__, law.__qualname__
-    made = numba.njit(error_model="numpy", **options)(copy)
+    made = numba.njit(error_model="numpy", **options)(relinked(law, _compiled))
     made.__class__ = CompiledLaw
     return made
 
@@ -112,8 +105,7 @@ def _compiled(value: Any) -> Any:
     """Return what stands for a global of a law in its compiled form."""
     if isinstance(value, Family):
         return _family(value)
-    ours = isinstance(value, FunctionType) and value.__module__.startswith(LAWS)
-    return _inside(value) if ours and value not in BUILDING else value
+    return _inside(value) if is_law(value) and value not in BUILDING else value
 
 
 @cache

@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_544,
+        3_403,
         2_500,
         inside(
             "pmwvc_core",
@@ -53,7 +53,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_650, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        4_606,
+        4_605,
         3_500,
         inside(
             "pmwvc_analysis",
