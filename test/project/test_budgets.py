@@ -42,7 +42,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_914,
+        4_890,
         4_700,
         (
             *inside(
@@ -77,7 +77,7 @@ ROOMS = {
     "figures and reports": Room(
         2_480, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_409, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_404, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_426, 3_000, ("pmwvc_view",)),
 }
