@@ -24,15 +24,13 @@ from numba.extending import models, overload, register_model
 
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
-from pmwvc_core.unrolled import is_law, relinked
+from pmwvc_core.unrolled import is_law, relinked, unrolled
 
 # As quick as 3 here, compiled in two thirds of the time.
 numba.config.OPT = type(numba.config.OPT)(1)
 # A loop over laws is called instead: once for all users of a kind, and quicker to compile.
 INLINED = ("pmwvc_core.law", "pmwvc_core.plant")
 
-ELEMENTWISE = (vectors.plus, vectors.minus, vectors.times, vectors.scaled)
-BUILDING = (vectors.each, vectors.chain, vectors.columns, *ELEMENTWISE)
 # Of what only compiled laws call: no form that takes Python's objects.
 BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -105,7 +103,7 @@ def _compiled(value: Any) -> Any:
     """Return what stands for a global of a law in its compiled form."""
     if isinstance(value, Family):
         return _family(value)
-    return _inside(value) if is_law(value) and value not in BUILDING else value
+    return _inside(value) if is_law(value) and value not in FORMS else value
 
 
 @cache
@@ -178,7 +176,6 @@ def _tuple(elements: list[str]) -> str:
     return f"({', '.join(elements)},)" if elements else "()"
 
 
-@overload(vectors.each, jit_options=BARE)
 def _each(law, rows, *shared):
     passed = "".join(f", shared[{k}]" for k in range(len(shared)))
     elements = [
@@ -188,7 +185,6 @@ def _each(law, rows, *shared):
     return _built(f"def built(law, rows, *shared):\n    return {_tuple(elements)}")
 
 
-@overload(vectors.chain, jit_options=BARE)
 def _chain(law, states, u, params):
     lines = [f"s{i}, u = law(states[{i}], u, params[{i}])" for i in range(len(states))]
     after = _tuple([f"s{i}" for i in range(len(states))])
@@ -196,22 +192,20 @@ def _chain(law, states, u, params):
     return _built(f"def built(law, states, u, params):\n    {body}")
 
 
-@overload(vectors.columns, jit_options=BARE)
 def _columns(rows):
     of_one = range(len(rows[0]))
     elements = [_tuple([f"rows[{i}][{k}]" for i in range(len(rows))]) for k in of_one]
     return _built(f"def built(rows):\n    return {_tuple(elements)}")
 
 
-def _elementwise(function: Callable[..., Any]) -> None:
-    """Compile a function of two arguments, the first of which is a vector."""
-
-    def build(a, b):
-        elements = [vectors.BY_AXIS[function][0].format(a="a", b="b", i=i) for i in range(len(a))]
-        return _built(f"def built(a, b):\n    return {_tuple(elements)}")
-
-    overload(function, jit_options=BARE)(build)
+def _by_axis(function):
+    """Return the form of a function of two arguments, the first of which is a vector."""
+    return lambda a, b: unrolled(function, len(a))
 
 
-for _law in ELEMENTWISE:
-    _elementwise(_law)
+# Compiled forms of what builds tuples.
+FORMS = {vectors.each: _each, vectors.chain: _chain, vectors.columns: _columns}
+ELEMENTWISE = vectors.plus, vectors.minus, vectors.times, vectors.scaled
+FORMS |= {law: _by_axis(law) for law in ELEMENTWISE}
+for _law, _form in FORMS.items():
+    overload(_law, jit_options=BARE)(_form)

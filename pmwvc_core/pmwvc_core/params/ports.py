@@ -111,13 +111,10 @@ class FilterParams(Validated):
     pass_db: float = fixed(20.0, "> 0 and <= 200 dB", "Butterworth: attenuation at pass_hz")
     stop_db: float = fixed(40.0, "> 0 and <= 200 dB", "Butterworth: attenuation at stop_hz")
     meet: str = fixed("pass", ("pass", "stop"), "Butterworth: which edge is met exactly")
-    discretisation: str = fixed("bilinear", ("bilinear", "matched"), "Butterworth: sampling")
 
     # whether a packet is the mean of its frame: filter and rate drop in one
     means = has("kind", "integrate_and_dump")
     is_on = lacks("kind", "none")
-    # whether the edges of the sampled Butterworth filter are those of a pre-warped one
-    warps = has("discretisation", "bilinear")
 
     def conflicts(self) -> list[str]:
         """Check that the cut-off is given once and used, and that Butterworth edges rise."""

@@ -23,8 +23,10 @@ PRESET_NAME = re.compile(r"(user[1-9]\d*\.|)(?:(master)|link(?:\.\*|\.(up|down)|
 
 # Recordings of before have them: with other values sessions did what they no longer do.
 GONE = re.compile(
-    r"(user[1-9]\d*\.)?(master\.local_model\.kind=spring_damper|link\.(up\.|down\.)?(mode=exact|"
-    r"(markov_p[1-4]+|reorder_gap|rate_cell_(overhead_)?bytes|slot_(packets|bytes))=[01](\.0)?))"
+    r"(user[1-9]\d*\.)?("
+    r"master\.(local_model\.kind=spring_damper|filter\.discretisation=bilinear)"
+    r"|link\.(up\.|down\.)?(mode=exact"
+    r"|(markov_p\d+|reorder_gap|rate_cell_(overhead_)?bytes|slot_(packets|bytes))=[01](\.0)?))"
 )
 
 
