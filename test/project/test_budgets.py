@@ -42,7 +42,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_895,
+        4_870,
         4_700,
         (
             *inside(

@@ -186,7 +186,7 @@ class DevicePlant:
         return hand if isinstance(hand, RemoteHand) else None
 
     def listen(self, take: Callable[[], Sequence[Target]]) -> None:
-        """Have a hand ``from_outside`` follow the targets that a call returns, new ones each."""
+        """Have a remote hand follow the targets that a call returns, new ones each."""
         self.hand, self._of_hand, self._take = self.hand.hand, self._of_hand.hand, take
 
     def sense(self, acts: bool) -> DeviceSample:
