@@ -94,7 +94,8 @@ class Faults:
         self._parameter, self._value = parameter, value
         self.steps = 0
         self.text = ""
-        self.replaced = parameter == "server.environment"  # by a damper, in those steps
+        self.what = parameter.removeprefix("server.")
+        self.replaced = self.what == "environment"  # by a damper, in those steps
 
     def guarded(self, ask: Callable[[], A], fallback: F, value: str = "") -> A | F:
         """Return what code from outside answers; where it fails the fallback, and count a step."""

@@ -155,7 +155,7 @@ class ServerNode:
         return kept_words(float(np.linalg.norm(protocol.offset(user))), why)
 
     def _contain(self, values: dict[str, object]) -> str:
-        """Return and log what failed in the environment since the last call, if any."""
+        """Return and log what failed in environment or coupling since the last call, if any."""
         faults = self.loop.protocol.faults
         if faults is None:
             return ""
@@ -166,7 +166,7 @@ class ServerNode:
             return ""
         warning = f"{count(new, 'step')}: {text}"
         if faults.replaced:
-            warning = f"a damper replaced the environment in {warning}"
+            warning = f"a damper replaced the {faults.what} in {warning}"
         self.node.get_logger().warning(warning)
         return warning
 

@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_297,
+        3_348,
         2_500,
         inside(
             "pmwvc_core",
@@ -42,7 +42,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_868,
+        4_869,
         4_700,
         (
             *inside(
@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_948,
+        4_966,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

@@ -4,19 +4,20 @@
 
 import dataclasses
 import json
-import math
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 from support.lab import example_of, offer
 from support.plain import load
 
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.law.server.contacts import couple
-from pmwvc_core.law.server.coupling import Implicit
-from pmwvc_core.law.vectors import scaled
+from pmwvc_core.law.server.coupling import Implicit, OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
@@ -72,24 +73,26 @@ def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
     assert "proposed: simulated for 2 s with the scenario's hands: stable" in result.stdout
 
 
+FAILED = slice(20, 30)  # steps
+
+
+STEPS = []
+
+
 class Torn(NamedTuple):
-    """A law of the library that fails, or whose force is none, from a step on."""
+    """A law of the library that fails in ten steps."""
 
     law: Any
-    steps: list[int]
-    factor: float | None
 
 
 @couple.member(Torn)
 def torn(p, avatars, body, law):
     """Step, then fail."""
-    p.steps.append(1)
-    (first, *others), *after = couple(p.law, avatars, body, law)
-    if len(p.steps) <= 20:
-        return (first, *others), *after
-    if p.factor is None:
+    STEPS.append(1)
+    found = couple(p.law, avatars, body, law)
+    if FAILED.start < len(STEPS) <= FAILED.stop:
         raise ZeroDivisionError("no mass")
-    return (first._replace(f=scaled(first.f, p.factor)), *others), *after
+    return found
 
 
 def unmade(old_s, new_s):
@@ -105,9 +108,11 @@ def lab(monkeypatch):
         "exact": dataclasses.replace(own, name="exact"),
         "doubtful": dataclasses.replace(own, name="doubtful", passive=lambda params: False),
         "alone": dataclasses.replace(own, name="alone", linear=None),
-        "torn": dataclasses.replace(own, name="torn", law=lambda *_: Torn(Implicit(0), [], None)),
-        "boundless": dataclasses.replace(
-            own, name="boundless", law=lambda *_: Torn(Implicit(0), [], math.inf)
+        "torn": dataclasses.replace(own, name="torn", law=lambda old_s, new_s: Torn(Implicit(0))),
+        "torn_late": dataclasses.replace(
+            COUPLINGS.library["one_step_delay"],
+            name="torn_late",
+            law=lambda old_s, new_s: Torn(OneStepDelay(old_s, new_s)),
         ),
         "unmade": dataclasses.replace(own, name="unmade", law=unmade),
         "stone": object(),
@@ -128,21 +133,28 @@ def test_a_coupling_runs_as_its_record_makes_it(lab):
     assert (ours.server.f_s[0] == theirs.server.f_s[0]).all()
 
 
-@pytest.mark.parametrize(
-    ("name", "why"),
-    [
-        ("torn", "ZeroDivisionError: no mass"),
-        ("boundless", "BadAnswer: it returned no usable force or velocity"),
-    ],
-)
-def test_a_step_that_fails_ends_the_session_with_its_reason(lab, name, why):
-    """The control ends before the first such step."""
-    texts = [f"server.coupling={name}"]
-    before = simulate_one(load("carry_16ms", settings_texts=texts, duration_s=0.16))
-    assert len(before.server.step) == 20
-    text = f"server.coupling = '{name}' cannot be stepped: {why}"
-    with pytest.raises(ParameterError, match=text):
-        simulate_one(load("carry_16ms", settings_texts=texts, duration_s=0.5))
+@pytest.mark.parametrize(("name", "own"), [("torn", "implicit"), ("torn_late", "one_step_delay")])
+def test_a_step_that_fails_is_a_matched_damper_is_counted_and_named(lab, name, own):
+    """The control is the same coupling whole: until the first fault they are the same bits."""
+    STEPS.clear()
+    known, whole = (
+        load("carry_16ms", settings_texts=[f"server.coupling={each}", "duration_s=4"])
+        for each in (name, own)
+    )
+    traces, control = simulate_one(known), simulate_one(whole)
+    server = traces.server
+    for user, b in enumerate(one.server_impedance for one in known.users):
+        assert np.all(server.v_s[user][FAILED] == pytest.approx(0.0, abs=1e-12))
+        assert server.f_s[user][FAILED] == pytest.approx((b / 2) ** 0.5 * server.u_s[user][FAILED])
+        assert np.any(server.v_s[user][FAILED.stop :] != 0.0)
+        before = slice(0, FAILED.start)
+        assert (server.f_s[user][before] == control.server.f_s[user][before]).all()
+    fault = f"server.coupling = '{name}' raised ZeroDivisionError: no mass"
+    assert traces.metadata["coupling"] == {"contained_steps": "10", "last_fault": fault}
+    text = f"a damper replaced the coupling in 10 steps: {fault}"
+    assert any(each["what"] == text for each in complete(traces, known))
+    assert inconsistencies(traces, known) == []
+    assert "coupling" not in control.metadata
 
 
 def test_what_is_proved_rests_on_what_the_record_gives(lab):

@@ -23,7 +23,7 @@ from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import BadAnswer, Faults
-from pmwvc_core.server.checked import LARGEST_N, signal
+from pmwvc_core.server.contained import LARGEST_N, signal
 
 R = TypeVar("R")
 Call: TypeAlias = Callable[[Callable[[], Any]], Any]

@@ -99,7 +99,7 @@ class SteppedSession(VirtualTime):
             traces.metadata["server_lateness_s"] = traces.server.looked_ns * 1e-9
         if faults.steps and faults.replaced:
             contained = {"contained_steps": str(faults.steps), "last_fault": faults.text}
-            traces.metadata["environment"] = contained
+            traces.metadata[faults.what] = contained
         elif faults.steps:
             what = {"kind": "environment", "what": f"{faults.steps} steps: {faults.text}"}
             traces.events.append({"time_s": None, "who": "server", **what})
