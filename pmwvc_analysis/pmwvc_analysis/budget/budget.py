@@ -25,8 +25,7 @@ from pmwvc_analysis.budget.parts import NOT_RECORDED, SKIPPED, Remainder, notes_
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import gaps, skips, stretches
-from pmwvc_analysis.traces.server_starts import ran_s
+from pmwvc_analysis.traces.holes import gaps, ran_s, skips, stretch
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.account import Account
@@ -56,8 +55,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
     judged = times <= end + 1e-9  # steps that every user's record contains
     for user in users:
-        stays = stretches(user, server, traces)
-        judged &= stays.known(times) & (times < stays.first_s)
+        judged &= stretch(user, server).known(times)
     rows = np.flatnonzero(judged) if judged.any() else np.zeros(1, dtype=np.intp)
     time_s = times[rows]
     waves = zip(map(running, server.energy_u_s), map(running, server.energy_v_s), strict=True)

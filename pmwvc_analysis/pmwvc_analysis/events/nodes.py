@@ -12,7 +12,6 @@ import numpy as np
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
-from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import BRAKING, SafetyState
@@ -106,7 +105,7 @@ def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
     server = traces.server
     assert server is not None
     gaps = [(hole.start_s, hole.end_s) for hole in holes.of_server(server)]
-    for start in starts(server):
+    for start in holes.starts(server):
         end_s, again_s = server.time_s[[start.last, start.row]].tolist()
         yield event(again_s, "server", "restart", "started again")
         gaps.append((end_s, again_s))
@@ -123,7 +122,7 @@ def _presence(
 ) -> Iterator[Event]:
     name, state = server.users[index], server.state[index]
     before: int = Presence.ABSENT
-    again = [start.row for start in starts(server)]
+    again = [start.row for start in holes.starts(server)]
     changed = (np.flatnonzero(np.diff(state)) + 1).tolist()
     for row in sorted({0, *changed, *again}) if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])
@@ -165,7 +164,7 @@ def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: floa
     after = np.searchsorted(server.time_s, at_s)
     if after < len(server.time_s) and server.state[index][after] == Presence.ABSENT:
         return "the user left"
-    if any(server.time_s[s.last] < at_s <= server.time_s[s.row] for s in starts(server)):
+    if any(server.time_s[s.last] < at_s <= server.time_s[s.row] for s in holes.starts(server)):
         return "the server was started again"
     near = (server.time_s > at_s - th.CAUSE_S) & (server.time_s <= at_s)
     if (server.state[index][near] == Presence.DAMPING).any():

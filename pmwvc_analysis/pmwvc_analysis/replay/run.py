@@ -15,8 +15,7 @@ from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_analysis.replay.times import own_sender, tick_numbers
 from pmwvc_analysis.traces import sums
-from pmwvc_analysis.traces.holes import SERVER, holes, of_user
-from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.holes import SERVER, holes, of_user, starts
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array

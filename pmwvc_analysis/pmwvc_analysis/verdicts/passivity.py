@@ -24,8 +24,15 @@ from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Finding, server_allowance_j, together
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import Hole, StoodStill, holes, stood_still
-from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.holes import (
+    AGAIN,
+    Hole,
+    StoodStill,
+    Unjudged,
+    holes,
+    starts,
+    stood_still,
+)
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import count, quantity, share
@@ -110,13 +117,8 @@ def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
 
 
 def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
-    unknown = [*entry.stretches.unjudged, *(hole.unjudged for hole in missing)]
-    return [
-        ways.judged(
-            entry.name, part, unknown if part == "hand_port" else energy.hidden(ways, unknown)
-        )
-        for part, ways in entry.parts.items()
-    ]
+    unknown = [*entry.unjudged, *(hole.unjudged for hole in missing)]
+    return [ways.judged(entry.name, part, unknown) for part, ways in entry.parts.items()]
 
 
 def _of_server(
@@ -125,11 +127,13 @@ def _of_server(
     server = traces.server
     assert server is not None
     taken, given, _ = energy.server_sums(server)
-    for start in starts(server):  # what it held died with the one before
-        taken[start.row :] -= taken[start.last] - given[start.last]
+    rows, unknown = slice(None), [hole.unjudged for hole in missing]
+    for start in starts(server)[:1]:  # what it held died with it
+        rows, (since_s, until_s) = slice(start.row), server.time_s[[start.row, -1]].tolist()
+        unknown.append(Unjudged(since_s, until_s, f"{SERVER} {AGAIN}"))
     allowance_j = server_allowance_j(scenario) if scenario else 0.0
-    balance = energy.Balance(server.time_s, taken, given, allowance_j)
-    found = balance.judged(SERVER, SERVER, [hole.unjudged for hole in missing])
+    balance = energy.Balance(server.time_s[rows], taken[rows], given[rows], allowance_j)
+    found = balance.judged(SERVER, SERVER, unknown)
     if scenario is None:
         return _excused(found, "without the scenario its environment is not known")
     return _excused(found, scenario.environment.own_energy(scenario.server))
