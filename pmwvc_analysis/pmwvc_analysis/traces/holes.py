@@ -190,24 +190,6 @@ def block_of_ticks(user: UserTraces) -> NDArray[np.intp]:
     return np.minimum(block, len(user.block_time_s) - 1)
 
 
-class StoodStill(NamedTuple):
-    """A time in which a loop skipped ticks [s], and the energy that the force held gave [J]."""
-
-    start_s: float
-    lasted_s: float
-    given_j: float
-
-
-def stood_still(user: UserTraces) -> list[StoodStill]:
-    """Return when a user's loop skipped ticks, and what its device gave out in the meantime."""
-    rows = skips(user)
-    moved = user.x_m[rows + 1] - user.x_m[rows]
-    given = -np.sum(user.f_applied[rows] * moved, axis=-1)
-    lasted = (np.diff(user.tick)[rows] - 1) * user.tick_s
-    found = np.stack([user.time_s[rows], lasted, given], axis=-1)
-    return [StoodStill(*row) for row in found.tolist()]
-
-
 def _block_end_s(user: UserTraces, time_s: float) -> float:
     """Return the end of the block with the tick at a time [s]."""
     later = user.block_time_s[user.block_time_s > time_s + 0.5 * user.tick_s]

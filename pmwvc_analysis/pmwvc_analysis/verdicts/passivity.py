@@ -27,18 +27,15 @@ from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import (
     AGAIN,
     Hole,
-    StoodStill,
     Unjudged,
     holes,
+    skips,
     starts,
-    stood_still,
 )
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
-from pmwvc_core.words import count, quantity, share
+from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.words import quantity, share
 
-# where the work of the force on the device counts
-AT_DEVICE = ("hand_port", "node", "node_and_link_down", "sample_hold")
 PORTS = {
     "up": "link from the device to the server",
     "down": "link from the server to the device",
@@ -88,32 +85,26 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing))
+        of_user = (_held(energy.within(f, entry, open_s), user) for f in _of_user(entry, missing))
         found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
         found += energies.findings
-    still = {user.name: stood_still(user) for user in traces.users}
-    held = (_with_held(each, still.get(each.owner, [])) for each in found)
-    return Passivity(tuple(held))
+    return Passivity(tuple(found))
 
 
-def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
-    """Return a finding with what of it forces gave that stayed on while a loop stood still."""
-    if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
+def _held(found: Finding, user: UserTraces) -> Finding:
+    """Return a violation with what the last force gave to the hand while the loop stood still."""
+    rows = skips(user)
+    moved = user.x_m[rows + 1] - user.x_m[rows]
+    gave_j = np.maximum(-np.sum(user.f_applied[rows] * moved, axis=-1), 0.0)
+    gave_j = gave_j[user.time_s[rows] <= (found.least_s or 0.0)]
+    held_j = min(float(gave_j.sum()), found.given_j - found.declared_j - found.counts_j)
+    if found.passive is not False or found.part != "hand_port" or held_j <= found.tolerance_j:
         return found
-    own = [each for each in still if each.start_s <= found.least_s and each.given_j > 0.0]
-    most_j = found.given_j - found.declared_j - found.counts_j
-    held_j = min(sum(each.given_j for each in own), most_j)
-    if held_j <= found.tolerance_j:
-        return found
-    worst = max(own, key=lambda each: each.given_j)
-    when = f"{count(len(own), 'time')}, for {worst.lasted_s:.3f} s at {worst.start_s:.2f} s"
-    gave = f"{quantity(held_j, 'J')} of it came of its loop, which stood still ({when})"
-    return replace(
-        found, held_j=held_j, why=f"{gave}: the force that stayed on gave it to the hand"
-    )
+    why = f"{quantity(held_j, 'J')} of it gave the force that stayed on while its loop stood still"
+    return replace(found, held_j=held_j, why=why)
 
 
 def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
@@ -188,7 +179,6 @@ def component(finding: Finding, found: Passivity) -> str:
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {quantity(finding.tolerance_j, 'J')}"
     )
-    text += f"; {finding.why}" if finding.held_j > 0.0 else ""
     if not found.session:
         return text
     storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)

@@ -32,7 +32,6 @@ from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.arrivals import waited
-from pmwvc_analysis.traces.holes import stood_still
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import UNKNOWN, LoopWork, drive, kept_driven, works
 from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
@@ -119,9 +118,7 @@ def _judged(
     if (length_s := traces.duration_s) < th.SHORTEST_S:
         return _unknown(f"{length_s:.2g} s are too short to judge, {th.SHORTEST_S:g} s at least")
     if unknown := ", ".join(motion.name for found, motion in strengths if not found.known):
-        loops = [(user.name, sum(s.lasted_s for s in stood_still(user))) for user in traces.users]
-        still = [f"; the loop of {who} stood still for {t_s:.2f} s" for who, t_s in loops if t_s]
-        return _unknown(f"too little of the motion of {unknown} is known{''.join(still)}")
+        return _unknown(f"too little of the motion of {unknown} is known")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
     moved = (np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in traces.users)
