@@ -103,7 +103,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         {**parts, SERVER: {part: sums[rows] for part, sums in inside.items()}},
         {name: residuals[name] for name in (*hands, SERVER)},
         frozenset(tanks),
-        notes_on(users, known, server, left_over),
+        notes_on(users, known, server),
         {user.name: declared(scenario, known[user.name]) for user in users},
         {name: counts_j(traces, scenario, name) for name in counted},
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],

@@ -68,7 +68,6 @@ HIDES = {
     "bank": "what the local model accounted as stored and dissipated",
 }
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
-UNTRUE = "position or velocity is measured, and its device's model does not give the true motion"
 FRICTION = "the heat of friction is exact except where motion reverses"
 
 
@@ -118,10 +117,8 @@ def of_server(scenario: Scenario) -> set[str]:
     return set() if scenario.coupling.exact else {"integration"}
 
 
-def notes_on(
-    users: list[UserTraces], known: dict[str, User], server: ServerTraces, left: list[Remainder]
-) -> list[str]:
-    """Return in words what keeps a budget from closing to rounding; ``left``: what it leaves."""
+def notes_on(users: list[UserTraces], known: dict[str, User], server: ServerTraces) -> list[str]:
+    """Return in words what keeps a budget from closing to rounding."""
     loops = [(user.name, "tick", user.tick, user.time_s, gaps(user)) for user in users]
     jumps = np.flatnonzero(np.diff(server.step) > 1)
     loops.append(("server", "step", server.step, server.time_s, jumps))
@@ -135,8 +132,6 @@ def notes_on(
     for user in users:
         if not np.isfinite(user.f_h).all():
             found.append(f"{user.name}: {INFERRED}")
-        if Remainder(user.name, "device_damping") in left:
-            found.append(f"{user.name}: {UNTRUE}")
         if known[user.name].device.friction > 0.0:
             found.append(f"{user.name}: {FRICTION}")
     return found

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.traces.hand_work import complete, measured, true_motion
+from pmwvc_analysis.traces.hand_work import complete, measured
 from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.controllers.library import has_waves
@@ -76,8 +76,8 @@ def _master(
 ) -> Iterator[str]:
     """Yield the contradictions in the record of a master."""
     name, whole = user.name, complete(user)
-    if known is not None and whole:
-        yield from _work(user, known, simulated=traces.simulated)
+    if known is not None and whole and not measured(known.device):
+        yield from _work(user)
     if scenario is not None and not has_waves(scenario.controller):
         for kept, other in (("u_m", "u_tx"), ("v_m", "v_rx")):  # sums of packets, in both places
             text = f"{name}: the energies {kept} and {other} differ"
@@ -118,15 +118,9 @@ def _blocks(user: UserTraces, per_tick: Array, recorded: Array) -> tuple[Array, 
     return own[whole], np.diff(recorded, prepend=0.0)[whole]
 
 
-def _work(user: UserTraces, known: User, *, simulated: bool) -> Iterator[str]:
-    """Check the work of both forces against forces and motion, tick by tick; a simulated device is
-    where its model leads.
-    """
-    if (motion := true_motion(user, known.device)) is None:
-        if simulated and np.isfinite(user.f_h).all():
-            yield f"{user.name}: the device is not where its model and the forces recorded lead"
-        return
-    moved = np.diff(motion.x[:-1], axis=0, append=motion.x[-2:-1])
+def _work(user: UserTraces) -> Iterator[str]:
+    """Check the work of both forces against forces and motion, tick by tick."""
+    moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     for name, force in (("device", user.f_applied), ("hand", user.f_h)):
         if name in user.energy and np.isfinite(force).all():
             own, recorded = _blocks(user, np.sum(force * moved, axis=-1), user.energy[name])
@@ -151,13 +145,14 @@ def _server(server: ServerTraces, scenario: Scenario | None) -> Iterator[str]:
             yield from _port(server, index, users.get(name), scenario)
             counted = follows & coupled
             counted[0] &= server.step[0] == 1
+            passed = np.zeros(len(server.time_s))  # it takes and gives it, never takes it back
             for wave, recorded in zip(("u_s", "v_s"), grown, strict=True):
                 power = _power(np.nan_to_num(getattr(server, wave)[index]))
                 own = power * server.periods_s / 2.0
                 if wave == "u_s" and (scenario is None or scenario.strict):
-                    own = np.maximum(recorded, own)  # it may pass on more, and never takes it back
+                    passed = np.maximum(recorded - own, 0.0)
                 text = f"{name}: the energy of {wave} is not its sum"
-                yield from _off(text, "J", own, recorded, counted)
+                yield from _off(text, "J", own + passed, recorded, counted)
         if scenario is not None and scenario.coupling.moves is not None:  # else it stands
             yield from _motion(server, index, scenario, rows)
     if scenario is not None and scenario.environment.movable and not scenario.coupling.black_box:

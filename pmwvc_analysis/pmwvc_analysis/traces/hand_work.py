@@ -5,7 +5,7 @@
 F_k is held while the device goes from x_k to x_{k+1}, so the hand gives the sum of
 F_k . (x_{k+1} - x_k). The master records that sum at the end of every block: a simulated device's
 is that of its true motion; a real one's, with the step q of its encoder, may be off by up to
-q/2 [|F_n| + sum |F_k - F_{k-1}|] (theory.md 13.7, 13.8).
+q/2 [|F_n| + sum |F_k - F_{k-1}|] (theory.md 13.7).
 """
 
 from typing import NamedTuple
@@ -14,16 +14,12 @@ import numpy as np
 
 from pmwvc_analysis.traces.block_sums import BlockSums
 from pmwvc_analysis.traces.holes import gaps
-from pmwvc_core.law.vectors import zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.device import Device, device_step, simulated_params
 from pmwvc_core.traces import UserTraces
-from pmwvc_core.unrolled import unrolled
 
 SAME_RELATIVE = 1e-9
 SAME_J = 1e-12
-ROUNDING_M = 1e-9
 
 
 class HandWork(NamedTuple):
@@ -61,13 +57,6 @@ def _counted(user: UserTraces, counted: Array, sums: Array) -> bool:
     return bool(np.allclose(own[whole], recorded[whole], rtol=SAME_RELATIVE, atol=SAME_J))
 
 
-class TrueMotion(NamedTuple):
-    """Position [m] and velocity [m/s] at the start of every tick, and at the end of the last."""
-
-    x: Array  # (tick + 1, dof)
-    xd: Array
-
-
 def measured(params: DeviceParams) -> bool:
     """Tell whether the sensors show something else than the device does."""
     return bool(params.encoder_step_m > 0.0) or params.velocity != "exact"
@@ -76,27 +65,3 @@ def measured(params: DeviceParams) -> bool:
 def complete(user: UserTraces) -> bool:
     """Tell whether the record holds every tick of the master from its first on."""
     return bool(user.tick[0] == 0 and (np.diff(user.tick) == 1).all())
-
-
-def true_motion(user: UserTraces, params: DeviceParams) -> TrueMotion | None:
-    """Return the motion of a device, also of one whose sensors show another; None where it cannot
-    be told. What the last tick led to is not on record.
-    """
-    if not measured(params):
-        x, xd = (np.concatenate([each, each[-1:]]) for each in (user.x_m, user.xd_m))
-        return TrueMotion(x, xd)
-    if not complete(user) or not np.isfinite(user.f_h).all():
-        return None
-    first = tuple(user.x_m[0].tolist())
-    rest, p = zero(first), simulated_params(params, user.tick_s)
-    s, step = Device(first, rest, first, rest, 0.0, 0.0), unrolled(device_step, len(first))
-    found_x, found_xd = [s.x], [s.xd]
-    for f_h, f in zip(user.f_h.tolist(), user.f_applied.tolist(), strict=True):
-        s, _, _ = step(s, f_h, f, p)
-        found_x.append(s.x)
-        found_xd.append(s.xd)
-    found = TrueMotion(np.array(found_x), np.array(found_xd))
-    off = found.x[:-1] - user.x_m
-    if (np.ptp(off, axis=0) > float(params.encoder_step_m) + ROUNDING_M).any():
-        return None
-    return found
