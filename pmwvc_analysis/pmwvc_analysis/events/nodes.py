@@ -113,8 +113,7 @@ def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
     masters = {user.name: user for user in traces.users}
     for index, name in enumerate(server.users):
         yield from _presence(server, index, masters.get(name), traces.duration_s)
-        made = "grip" if grips else "contact"
-        yield from _contacts(server, index, masters.get(name), traces.duration_s, made)
+        yield from _contacts(server, index, traces.duration_s, "grip" if grips else "contact")
 
 
 def _presence(
@@ -146,32 +145,11 @@ def _presence(
         before = now
 
 
-def _contacts(
-    server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, made: str
-) -> Iterator[Event]:
+def _contacts(server: ServerTraces, index: int, duration_s: float, made: str) -> Iterator[Event]:
     name = server.users[index]
     for first, last in runs(touching(server, index), server.time_s, th.DEBOUNCE_S):
         force = float(np.nanmax(np.linalg.norm(server.f_s[index][first : last + 1], axis=-1)))
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
         yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
         if end < min(duration_s, float(server.time_s[-1])) - th.END_S:
-            cause = _cause(server, index, user, end)
-            yield event(end, name, "release", f"contact lost: {cause}")
-
-
-def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: float) -> str:
-    """Return what took a contact away, as far as the traces show it."""
-    after = np.searchsorted(server.time_s, at_s)
-    if after < len(server.time_s) and server.state[index][after] == Presence.ABSENT:
-        return "the user left"
-    if any(server.time_s[s.last] < at_s <= server.time_s[s.row] for s in holes.starts(server)):
-        return "the server was started again"
-    near = (server.time_s > at_s - th.CAUSE_S) & (server.time_s <= at_s)
-    if (server.state[index][near] == Presence.DAMPING).any():
-        return "no packet reached the server"
-    if user is not None:
-        blocks = (user.block_time_s > at_s - th.CAUSE_S) & (user.block_time_s <= at_s)
-        rows = np.flatnonzero(blocks & (user.state != COUPLED))
-        if len(rows):
-            return f"safety limits: {user.reason[int(rows[-1])] or 'not coupled'}"
-    return "avatar and object separated"
+            yield event(end, name, "release", "contact lost")

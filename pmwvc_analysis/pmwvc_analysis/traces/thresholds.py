@@ -57,11 +57,9 @@ LOST_SHARE = 0.5  # of a device's way: more of it is not the environment's
 # Nodes.
 EARLY_S = 0.5  # before the end of the session: a node that ended then ended early
 STALL_S, STALL_PERIODS = 0.02, 2.5  # a pause of a loop: an event, and no filter goes across it
-SILENT_S, SILENT_INTERVALS = 0.1, 5.0  # and usual intervals: a link that is silent
 JOIN_S = 0.25  # between two limits of a force that are one event
 DEBOUNCE_S = 0.05  # contact that is lost for less was not lost
 APART_M = 2e-3  # a device moves on by less while its first packet is under way
-CAUSE_S = 0.3  # how long before a release its cause is looked for
 FINAL_S = 0.5  # of a session: over which values at its end are means
 END_S = 0.1  # before the end, when everybody leaves
 # Predictions.

@@ -11,17 +11,16 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.budget.criterion import bounded, passive_by_account, together
+from pmwvc_analysis.budget.criterion import passive_by_account, together
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.traces.stages import Stage, same_lag, text_of
+from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_analysis.verdicts.stability import LIMITED
-from pmwvc_core.master.count_bound import CountBound
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
-from pmwvc_core.words import listed, quantity
+from pmwvc_core.words import listed
 
 UNKNOWN = "is not known before."
 LATE_PLAYOUT = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
@@ -67,24 +66,16 @@ def outcomes(
 ) -> list[Outcome]:
     """Return what became of every prediction of a summary.
 
-    Where parameters changed in flight (``steady`` has several stages), the prediction is that of
-    the parameters at the start and remains open; offsets are predicted from those at the end,
-    where no impedance, link or coupling changed.
+    Where parameters changed in flight (``steady`` has several stages) predictions are those of the
+    parameters at the start and remain open.
     """
     if len(steady) > 1:
         text = "the prediction is that of the parameters at the start, and open."
         text = f"Parameters changed ({text_of(steady)}): {text}"
-        found = [Outcome("stability", None, text)]
-        if not same_lag(steady):
-            return found
-        scenario = steady[-1].scenario
-    else:
-        found = [_stability(summary)]
+        return [Outcome("stability", None, text)]
+    found = [_stability(summary)]
     if passive_by_account(scenario):
         found.append(_passivity(summary))
-    for user in scenario.users:
-        if bound := bounded(user, scenario):
-            found.append(_counts(user.name, bound, summary))
     if summary["prediction"]["mass_felt"] is not None:
         found += offsets(scenario, summary)
     return found
@@ -113,24 +104,6 @@ def _by_standing_loops(port: dict[str, Any]) -> bool:
     """Tell whether all that a port gave out came of loops that stood still."""
     allowed_j = sum(port[n] for n in ("declared_j", "encoder_bound_j", "tolerance_j", "held_j"))
     return bool(0.0 < port["held_j"] and -port["least_balance_j"] <= allowed_j)
-
-
-def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
-    """Compare what the port of a hand behind counts gave out with its bound."""
-    ports = summary["passivity"]["ports"]
-    port = next((p for p in ports if (p["owner"], p["part"]) == (name, "hand_port")), None)
-    text = (
-        f"Behind counts of {1e6 * bound.step_m:.3g} um the port of the hand was predicted to give "
-        f"out at most {quantity(bound.given_j, 'J')} more than it took in"
-    )
-    given_j = None
-    if port is not None and port["least_balance_j"] is not None and port["passive"] is not None:
-        given_j = max(0.0, -port["least_balance_j"] - port["declared_j"])
-    if given_j is None:
-        return Outcome("encoder", None, f"{text}: that was not judged.", name, bound.given_j)
-    hit = given_j <= bound.given_j
-    text = f"{text}: it gave {quantity(given_j, 'J')}."
-    return Outcome("encoder", hit, text, name, bound.given_j, given_j, 0.0, "J")
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:

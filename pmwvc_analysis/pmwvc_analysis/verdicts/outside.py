@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What left its bounds in a session, positions and waves, and whether its loop was passive."""
+"""Which positions left their bounds in a session, and whether its loop was passive."""
 
 import numpy as np
 
@@ -8,11 +8,8 @@ from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.energy import server_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
-from pmwvc_analysis.traces.stages import stages
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_core.wave.impedance import largest_wave
 
 
 def passive(traces: SessionTraces, scenario: Scenario | None) -> bool:
@@ -24,29 +21,6 @@ def passive(traces: SessionTraces, scenario: Scenario | None) -> bool:
         return False
     taken, given, holds = server_sums(server)
     return bool((taken - given - holds >= -tolerance(taken) - tolerance(holds)).all())
-
-
-def too_long(traces: SessionTraces, scenario: Scenario | None) -> str:
-    """Return whose waves are longer than any that a receiver takes, in words; else empty."""
-    if scenario is None or not has_waves(scenario.controller):
-        return ""
-    longest: dict[str, float] = {}
-    for stage in stages(traces, scenario):
-        for known in stage.scenario.users:
-            ends = (known.in_contact.impedance, known.in_contact.server_impedance)
-            own = (largest_wave(b, waves=True) for b in ends)
-            longest[known.name] = max(longest.get(known.name, 0.0), *own)
-    sent = [(user.name, "master", user.u_m, user.time_s) for user in traces.users]
-    if (server := traces.server) is not None:
-        rows = zip(server.users, server.v_s, strict=True)
-        sent += [(name, "server port", v, server.time_s) for name, v in rows]
-    for name, end, wave, time_s in sent:
-        most = longest.get(name, np.inf)
-        far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > most)
-        if len(far):
-            since = f"which receivers reject, from {time_s[far[0]]:.2f} s on"
-            return f"{name}'s {end} sent waves beyond {most:.3g} sqrt(W), {since}"
-    return ""
 
 
 def outside_of(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, float]:

@@ -5,8 +5,8 @@
 In this order:
 
 ``diverged``
-    a signal is not finite, a wave longer than receivers take, a position more than half the
-    workspace outside of it, or an oscillation grows beyond 50 mm/s in a loop that is not passive.
+    a position is not finite or more than half the workspace outside of it, or an oscillation grows
+    beyond 50 mm/s in a loop that is not passive.
 ``limited by safety``
     a fault, repeated braking for speed, or forces shortened again and again (events/limits.py).
 ``environment lost``
@@ -35,7 +35,7 @@ from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import UNKNOWN, LoopWork, drive, kept_driven, works
 from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
-from pmwvc_analysis.verdicts.outside import outside_of, passive, too_long
+from pmwvc_analysis.verdicts.outside import outside_of, passive
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -76,7 +76,7 @@ def _judged(
         return _unknown(f"{outside}; {did} the work of it")
     if left_s > 0.0 and passive(traces, scenario):
         return _unknown(f"{outside}, and every port is passive: the loop did not make the energy")
-    if outside := outside or too_long(traces, scenario):
+    if outside:
         return Verdict(False, "diverged", outside)
     lasting = [(found, motion) for found, motion in strengths if lasts(found, motion)]
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
