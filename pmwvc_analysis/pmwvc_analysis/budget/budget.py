@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.criterion import behind_counts, counts_j
 from pmwvc_analysis.budget.energy import declared
-from pmwvc_analysis.budget.parts import NOT_RECORDED, SKIPPED, Remainder, notes_on, of_server
+from pmwvc_analysis.budget.parts import MISSED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import gaps, ran_s, skips, stretch
+from pmwvc_analysis.traces.holes import ran_s, stretch
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.account import Account
@@ -82,15 +82,12 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
             "device_damping": device.dissipated,
             "sample_hold": device.given - channel.port.taken,
         }
-        if len(missing := gaps(user)):  # both ends are known there, and not who gave what
-            grew = _in_blocks(kept, missing, np.asarray(of_device["sample_hold"]))
-            lost = np.cumsum(np.minimum(grew, 0.0))
-            of_device["sample_hold"] = of_device["sample_hold"] - lost
-            of_device[NOT_RECORDED] = lost
-            left_over.append(Remainder(user.name, NOT_RECORDED))
-        if len(skipping := skips(user)) and not unknown:
-            of_device[SKIPPED] = skipped = np.cumsum(_in_blocks(kept, skipping, residual))
-            residual, unknown = residual - skipped, {SKIPPED}
+        if len(jumps := np.flatnonzero(np.diff(user.tick) > 1)):  # both ends are known there
+            held = np.asarray(of_device["sample_hold"])
+            lost = np.cumsum(np.minimum(_in_blocks(kept, jumps, held), 0.0))
+            open_j = np.cumsum(_in_blocks(kept, jumps, residual))
+            of_device |= {"sample_hold": held - lost, MISSED: lost + open_j}
+            residual, unknown = residual - open_j, unknown | {MISSED}
         hands[user.name] = at.ended(np.asarray(device.taken))
         residuals[user.name] = at.ended(residual)
         of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}

@@ -20,14 +20,13 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.words import count
 
-SKIPPED, NOT_RECORDED = "skipped", "not_recorded"
+MISSED = "missed"
 # words, empty for those of the account of the same name; group under which a figure adds it up
 PARTS: Mapping[str, tuple[str, str]] = {
     "hand": ("given by the hand", "hands"),
     "device_kinetic": ("motion of the device", "devices"),
     "device_damping": ("damping of the device", "devices"),
-    SKIPPED: ("while the loop skipped ticks", "devices"),
-    NOT_RECORDED: ("while nothing was recorded", "devices"),
+    MISSED: ("while ticks were skipped or not recorded", "devices"),
     "sample_hold": ("sampling and holding at the device", "sampling and safety"),
     "safety": ("safety limits", "sampling and safety"),
     "filter": ("anti-aliasing filter", "filters and holds"),
@@ -59,8 +58,7 @@ UNKNOWN = ("", "controller")
 HIDES = {
     "hand": "the work of the hand itself: its force was not recorded",
     "device_damping": "damping and friction of the device, and errors of its sensors",
-    SKIPPED: "what hand and damping of the device did while the loop skipped ticks",
-    NOT_RECORDED: "what sampling, holding and limits did in gaps of the record",
+    MISSED: "what hand, device and holding did while ticks were skipped or not recorded",
     "filter_and_hold": "what velocity filter, bank and position feedback accounted for",
     "link": "what the controller accounted for itself",
     "integration": "the energy of the contacts' springs and the heat of their dampers",

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
-from pmwvc_analysis.budget.parts import NOT_RECORDED, SKIPPED, Remainder, accounted, words_of
+from pmwvc_analysis.budget.parts import MISSED, Remainder, accounted, words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
@@ -76,7 +76,7 @@ class Budget:
     def judged(self) -> Iterator[tuple[str, str, Array]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            known = {n: sums for n, sums in parts.items() if n not in (SKIPPED, NOT_RECORDED)}
+            known = {n: sums for n, sums in parts.items() if n != MISSED}
             if owner in self.counts:
                 counted = {part: known.pop(part) for part in AT_COUNTS if part in known}
                 if not any(each.owner == owner for each in self.remainders):

@@ -105,8 +105,8 @@ def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
     server = traces.server
     assert server is not None
     gaps = [(hole.start_s, hole.end_s) for hole in holes.of_server(server)]
-    for start in holes.starts(server):
-        end_s, again_s = server.time_s[[start.last, start.row]].tolist()
+    for row in holes.starts(server):
+        end_s, again_s = server.time_s[[row - 1, row]].tolist()
         yield event(again_s, "server", "restart", "started again")
         gaps.append((end_s, again_s))
     yield from _stalls("server", "steps", server.time_s, server.period_s, gaps)
@@ -121,7 +121,7 @@ def _presence(
 ) -> Iterator[Event]:
     name, state = server.users[index], server.state[index]
     before: int = Presence.ABSENT
-    again = [start.row for start in holes.starts(server)]
+    again = holes.starts(server)
     changed = (np.flatnonzero(np.diff(state)) + 1).tolist()
     for row in sorted({0, *changed, *again}) if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])

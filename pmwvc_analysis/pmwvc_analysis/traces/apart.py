@@ -49,8 +49,7 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
     if (came := traces.packets.get(f"/server/{user.name}/wave_up")) is not None:
         _, at = np.unique(came.epoch, return_index=True)  # of each start of its master
         joins = np.searchsorted(times, came.time_s[at] - 0.5 * user.tick_s).tolist()
-    again = [start.row for start in starts(server)]
-    first_rows = sorted({*np.flatnonzero(begins(there)).tolist(), *joins, *again})
+    first_rows = sorted({*np.flatnonzero(begins(there)).tolist(), *joins, *starts(server)})
     packets = traces.packets.get(f"/server/{user.name}/wave_down")
     distance = user.x_m[user.rows_at(times)] - server.x_s[index]
     kept = np.zeros_like(distance)

@@ -51,25 +51,9 @@ class Hole(NamedTuple):
         return Unjudged(self.start_s, self.end_s, f"{GAP} ({self.owner})")
 
 
-class ServerStart(NamedTuple):
-    """A start after the first: row of the last step before it, its own first row, and time of its
-    first step, which may not have been recorded [s].
-    """
-
-    last: int
-    row: int
-    begins_s: float
-
-
-def starts(server: ServerTraces) -> list[ServerStart]:
-    """Return the starts of the server after its first one."""
-    found = []
-    for last in np.flatnonzero(np.diff(server.step) < 0).tolist():
-        row = last + 1
-        missing_s = float((server.step[row] - 1) * server.periods_s[row])
-        begins_s = max(float(server.time_s[row]) - missing_s, float(server.time_s[last]))
-        found.append(ServerStart(last, row, begins_s))
-    return found
+def starts(server: ServerTraces) -> list[int]:
+    """Return the first row of every start of the server after its first one."""
+    return (np.flatnonzero(np.diff(server.step) < 0) + 1).tolist()
 
 
 def ran_s(server: ServerTraces, traces: SessionTraces) -> Array:
@@ -90,32 +74,30 @@ def holes(traces: SessionTraces) -> list[Hole]:
 
 def of_user(user: UserTraces) -> list[Hole]:
     """Return the holes in the trace of one master; simulated blocks have no numbers and none."""
-    if not len(user.time_s):
-        return []
-    found = []
-    first_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
-    for row, number in enumerate(user.block_number.tolist()):
-        follows = row > 0 and (not len(user.epoch) or user.epoch[row] == user.epoch[row - 1])
-        missing = number - (int(user.block_number[row - 1]) if follows else 0) - 1
-        if missing > 0:
-            start_s = float(user.block_time_s[row - 1]) if row else 0.0
-            found.append(Hole(user.name, start_s, float(first_s[row]), missing))
-    return found
+    begins_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
+    again = (np.flatnonzero(np.diff(user.epoch)) + 1).tolist()
+    return _missing(user.name, user.block_number, begins_s, user.block_time_s, again)
 
 
 def of_server(server: ServerTraces) -> list[Hole]:
     """Return the holes in the trace of the server."""
-    found = []
-    if len(server.step) and server.step[0] > 1:
-        found.append(Hole(SERVER, 0.0, float(server.time_s[0]), int(server.step[0]) - 1))
-    for start in starts(server):
-        if (missing := int(server.step[start.row]) - 1) > 0:
-            at_s = float(server.time_s[start.row])
-            found.append(Hole(SERVER, start.begins_s, at_s, missing))
-    jumps = np.diff(server.step)
-    for row in np.flatnonzero(jumps > 1).tolist():
-        start_s = float(server.time_s[row] + server.periods_s[row])
-        found.append(Hole(SERVER, start_s, float(server.time_s[row + 1]), int(jumps[row]) - 1))
+    ends_s = server.time_s + server.periods_s
+    return _missing(SERVER, server.step, server.time_s, ends_s, starts(server))
+
+
+def _missing(
+    owner: str, numbers: NDArray[np.int64], begins_s: Array, ends_s: Array, again: list[int]
+) -> list[Hole]:
+    """Return where numbers are missing: they count from one, once more in the rows ``again``."""
+    before, found = np.append(0, numbers[:-1]), []
+    before[again] = 0
+    lacking = numbers - before[: len(numbers)] - 1
+    for row in np.flatnonzero(lacking > 0).tolist():
+        start_s, end_s = float(ends_s[row - 1]) if row else 0.0, float(begins_s[row])
+        if row in again:  # it ran from then on at the earliest
+            lasted_s = float(lacking[row] * (ends_s[row] - begins_s[row]))
+            start_s = max(start_s, end_s - lasted_s)
+        found.append(Hole(owner, start_s, end_s, int(lacking[row])))
     return found
 
 
@@ -156,7 +138,7 @@ def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
     for row in gaps(user):
         back_s = _block_end_s(user, float(user.time_s[row + 1]))
         unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
-    again = [(float(server.time_s[start.row]), SERVER) for start in starts(server)[:1]]
+    again = [(float(server.time_s[row]), SERVER) for row in starts(server)[:1]]
     for row in np.flatnonzero(np.diff(user.tick) < 0)[:1]:
         # where its last tick led to is not known: up to the block before
         blocks_s = user.block_time_s[user.block_time_s < user.time_s[row] + 0.5 * user.tick_s]

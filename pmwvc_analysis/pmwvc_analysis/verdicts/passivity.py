@@ -119,8 +119,8 @@ def _of_server(
     assert server is not None
     taken, given, _ = energy.server_sums(server)
     rows, unknown = slice(None), [hole.unjudged for hole in missing]
-    for start in starts(server)[:1]:  # what it held died with it
-        rows, (since_s, until_s) = slice(start.row), server.time_s[[start.row, -1]].tolist()
+    for row in starts(server)[:1]:  # what it held died with it
+        rows, (since_s, until_s) = slice(row), server.time_s[[row, -1]].tolist()
         unknown.append(Unjudged(since_s, until_s, f"{SERVER} {AGAIN}"))
     allowance_j = server_allowance_j(scenario) if scenario else 0.0
     balance = energy.Balance(server.time_s[rows], taken[rows], given[rows], allowance_j)
