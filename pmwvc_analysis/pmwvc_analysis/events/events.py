@@ -57,7 +57,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         grips = scenario is not None and any(u.contact.grips for u in scenario.users)
         yield from nodes.of_server(traces, grips=grips)
     yield from faults(traces)
-    yield from limits.events(traces, scenario)
+    yield from limits.events(limits.withheld(traces, scenario))
     if scenario is not None and not traces.live:
         for change in changes_of(traces, scenario):
             if change.time_s < traces.duration_s:

@@ -48,7 +48,6 @@ LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling
 # Limits that took over.
 LIMITED_N, LIMITED_RATIO = 1e-3, 0.01  # by which a force differs that was limited
 OFTEN, OFTEN_RATIO = 3, 0.05  # times, and of the second half: limits that act again and again
-NEARLY = 0.9  # of a speed limit, which is judged between two rows as well
 LARGEST = 0.99  # of the largest force: as large as the limits allow
 WITHHELD_J = 1e-9  # less of a returning wave was not shortened
 LASTING_S = 1.0  # of a displacement by which an environment is lost

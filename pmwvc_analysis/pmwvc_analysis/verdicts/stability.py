@@ -91,7 +91,7 @@ def _judged(
             model = _expected(traces, scenario)[1]
             kind = SUSTAINED if passive(traces, scenario) else "diverged"
             return Verdict(False, kind, "; ".join(filter(None, (why, model))))
-    if took_over := limits.taken_over(traces, scenario):
+    if took_over := limits.taken_over(traces):
         return Verdict(False, LIMITED, took_over)
     shortened, saturated = limits.often_shortened(traces)
     if shortened and (own or not saturated):
@@ -102,7 +102,7 @@ def _judged(
         whose = "the loop gave energy" if gave else "a hand may have pushed harder"
         nothing = f"nothing oscillates beyond the voluntary band: {whose}"
         return _unknown(f"{shortened}, to the largest that is allowed; {nothing}")
-    if lost := limits.lost(traces, scenario):
+    if lost := limits.lost(limits.withheld(traces, scenario)):
         return Verdict(False, "environment lost", lost)
     explained = ""
     if lasting:

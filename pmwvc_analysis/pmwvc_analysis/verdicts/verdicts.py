@@ -156,15 +156,13 @@ def _ticks(user: UserTraces) -> dict[str, Any]:
     """Return how many ticks ran, were skipped by the loop and were not recorded, and the rate of
     those that ran, in the time in which the master ran and was recorded.
     """
-    steps, middles = np.diff(user.tick), 0.5 * (user.time_s[1:] + user.time_s[:-1])
-    inside = np.zeros(len(steps), dtype=bool)
-    for hole in holes.of_user(user):
-        inside |= (middles > hole.start_s - user.tick_s) & (middles < hole.end_s)
-    seen = ~inside & (steps > 0)  # a master that is started again counts from zero
+    steps, missing = np.diff(user.tick), holes.gaps(user)
+    seen = steps > 0  # a master that is started again counts from zero
+    seen[missing] = False
     ran_s = float(np.diff(user.time_s)[seen].sum())
     return {
         "ticks": len(user.tick),
         "ticks_skipped": int((steps[seen] - 1).sum()),
-        "ticks_missing": int((steps[inside & (steps > 1)] - 1).sum()),
+        "ticks_missing": int((steps[missing] - 1).sum()),
         "tick_rate_hz": number(int(seen.sum()) / ran_s) if ran_s else None,
     }
