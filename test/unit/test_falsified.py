@@ -9,9 +9,9 @@ import pytest
 from support import plain as files
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.parts import HIDES, of_server
+from pmwvc_analysis.budget.parts import of_server
 from pmwvc_analysis.consistency.consistency import SMALLEST, inconsistencies
-from pmwvc_analysis.verdicts.passivity import budget_lines, passivity
+from pmwvc_analysis.verdicts.passivity import budget_lines
 from pmwvc_core.account import Role
 from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.server.couplings import COMPENSATIONS
@@ -43,6 +43,7 @@ PER_USER = "x_s xd_s f_s u_s v_s energy_u_s energy_v_s".split()
 SHARE = 1e-3
 OWN = "what a controller accounts for itself and no signal shows"
 LEVEL = "a level that the balance does not use"
+LEFT = "a part is the remainder that it changes"
 PACKETS = "what packets carry, which nothing compares with it"
 SHOWN = "what the environment shows, and no account uses"
 
@@ -92,14 +93,14 @@ def unchecked(scenario):
         found["energy.v_rx"] = PACKETS
     if scenario.users[0].device.encoder_step_m > 0.0:
         names = ("x_m", "f_h", "f_applied", "energy.device", "energy.hand")
-        found |= dict.fromkeys(names, HIDES["device_damping"])
+        found |= dict.fromkeys(names, LEFT)
     if scenario.strict:
         found["f_m"] = "how much a port damps that is short of energy is not on record"
     own = [m.position.is_on or m.filter.means or m.velocity_filter.is_on for m in masters]
     if scenario.strict or (waves and any(own)):
         found["u_m_lp"], found["energy.u_tx"] = "packets are not its samples", PACKETS
     if "integration" in of_server(scenario):
-        found["server.potential"] = found["server.dissipated"] = HIDES["integration"]
+        found["server.potential"] = found["server.dissipated"] = LEFT
     if scenario.coupling.black_box:
         found |= dict.fromkeys(("server.x_o", "server.xd_o", "server.kinetic"), SHOWN)
     return found
@@ -139,14 +140,14 @@ def value_of(traces, trace):
     return holder[key]
 
 
-def test_remainders_are_named_with_what_they_hide():
+def test_remainders_are_named():
     scenario = files.load("wall_slow", duration_s=2.0)
     traces = simulate_one(scenario)
     found = budget(traces, scenario)
     said = found.summary()["remainders"]
     assert [(each["owner"], each["part"]) for each in said] == [("server", "environment_heat")]
-    lines = [words for _, words in budget_lines(found, passivity(traces, scenario, found))]
-    assert any("Remainder" in words and "stored and heat" in words for words in lines)
+    lines = [words for _, words in budget_lines(found, [], passive=True)]
+    assert any("others leave" in words and "in the environment" in words for words in lines)
     labels = [label for label, _ in found.rows()]
     assert "dissipated in the environment (remainder)" in labels
     # the control: with the loop solved and exact sensors every part is computed for itself

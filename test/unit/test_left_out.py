@@ -58,13 +58,6 @@ def test_a_session_with_a_deadband_is_recorded_checked_and_replayed(tmp_path):
     assert exact(replay(again, known, known).differences)
 
 
-def test_offsets_after_a_change_of_rates_are_those_of_the_new_ones():
-    scenario = strict("changes=1.5 server.period_s=0.02", "task.kind=hold")
-    found = summary(simulate_one(scenario), scenario)["outcomes"]
-    assert [each["hit"] for each in found if each["what"] != "passivity"] == [None, True, True]
-    assert "server.period_s=0.02 at 1.50 s" in found[0]["text"]
-
-
 @pytest.mark.parametrize(
     ("texts", "words"),
     [

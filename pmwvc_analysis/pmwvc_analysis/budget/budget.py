@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
-from pmwvc_analysis.budget.criterion import behind_counts, counts_j
+from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.budget.parts import MISSED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
@@ -93,7 +93,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
         parts[user.name] = {**of_blocks, **channel.parts}
         left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]
-    counted = [user.name for user in users if behind_counts(known[user.name], scenario)]
+    counted = frozenset(u.name for u in users if behind_counts(known[u.name], scenario))
     return Budget(
         time_s,
         hands,
@@ -102,7 +102,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         frozenset(tanks),
         notes_on(users, known, server),
         {user.name: declared(scenario, known[user.name]) for user in users},
-        {name: counts_j(traces, scenario, name) for name in counted},
+        counted,
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )

@@ -166,9 +166,8 @@ def declared(scenario: Scenario, user: User) -> Declared:
     return Declared(own, scenario.strict * float(user.master.store_j + scenario.server.store_j))
 
 
-def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
+def within(found: Finding, balance: Balance, uncertain_s: float) -> Finding:
     """Return a finding as it is with the uncertainty of the alignment [s]."""
-    balance = entry.parts[found.part]
     if found.passive is not False or uncertain_s <= 0.0:
         return found
     came, went, down = balance.energy_in_j, balance.energy_out_j, found.part == "down"

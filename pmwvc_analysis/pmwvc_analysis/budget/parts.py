@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of an energy budget: words, group, and what those hide that are remainders; and the
-notes on what keeps a budget from closing to rounding.
+"""The parts of an energy budget in words, and the notes on what keeps it from closing to rounding.
 
 A *remainder* is the difference that the other parts leave, so that the budget closes with it
 whatever it is: a false value there is not found. The accounts that blocks keep
@@ -54,17 +53,6 @@ PARTS: Mapping[str, tuple[str, str]] = {
     "environment_stored_and_environment_heat": ("environment", "controller"),
 }
 UNKNOWN = ("", "controller")
-# of a remainder: the quantity whose errors no check finds
-HIDES = {
-    "hand": "the work of the hand itself: its force was not recorded",
-    "device_damping": "damping and friction of the device, and errors of its sensors",
-    MISSED: "what hand, device and holding did while ticks were skipped or not recorded",
-    "filter_and_hold": "what velocity filter, bank and position feedback accounted for",
-    "link": "what the controller accounted for itself",
-    "integration": "the energy of the contacts' springs and the heat of their dampers",
-    "environment_heat": "how what the environment took divides into stored and heat",
-    "bank": "what the local model accounted as stored and dissipated",
-}
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
 FRICTION = "the heat of friction is exact except where motion reverses"
 
@@ -101,11 +89,6 @@ class Remainder(NamedTuple):
 
     owner: str
     part: str
-
-    @property
-    def hides(self) -> str:
-        """The quantity whose errors no check finds."""
-        return HIDES[self.part]
 
 
 def of_server(scenario: Scenario) -> set[str]:

@@ -5,9 +5,7 @@
 A part that is not passive (:mod:`.criterion`) was *active*. What belongs together is judged
 together: the anti-aliasing filter pays for the rate drop and for a velocity filter, and a position
 feedback with an energy tank spends what filter, hold and link have kept. Behind counts of an
-encoder the node's work is that of the positions counted, and sampling has the rest of the true
-one: together they are judged with the bound of the criterion, and not at all where the true motion
-is not known.
+encoder the work of node and sampling is not known: neither is judged.
 """
 
 from collections.abc import Iterator
@@ -46,7 +44,7 @@ class Budget:
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, Declared] = field(default_factory=dict)  # by user
-    counts: dict[str, float] = field(default_factory=dict)  # bound of an encoder's counts [J]
+    counts: frozenset[str] = frozenset()  # users whose waves come of an encoder's counts
     remainders: list[Remainder] = field(default_factory=list)  # no error in these is found
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
     server_holes: tuple[Unjudged, ...] = ()
@@ -77,10 +75,8 @@ class Budget:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
             known = {n: sums for n, sums in parts.items() if n != MISSED}
-            if owner in self.counts:
-                counted = {part: known.pop(part) for part in AT_COUNTS if part in known}
-                if not any(each.owner == owner for each in self.remainders):
-                    known |= _joined(counted)
+            for part in AT_COUNTS if owner in self.counts else ():
+                known.pop(part, None)
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
             for group in (AROUND, linked, ENVIRONMENT):
                 members = [part for part in group if part in known]
@@ -107,7 +103,6 @@ class Budget:
                 owner, part, self.time_s[known], sums[known], moved_j=moved, decides=False,
                 tolerance_j=tolerance(np.full(int(known.sum()), moved)), unjudged=unjudged,
                 declared_j=tank * declared.controller_j + links * declared.playouts_j,
-                counts_j=self.counts.get(owner, 0.0) if AT_COUNTS[0] in part else 0.0,
             )  # fmt: skip
             found.append(judged)
         return found
@@ -141,7 +136,7 @@ class Budget:
                 for e in self.active
             ],
             "notes": self.notes,
-            "remainders": [each._asdict() | {"hides": each.hides} for each in self.remainders],
+            "remainders": [each._asdict() for each in self.remainders],
         }
 
     def _energies(self, owner: str) -> dict[str, float]:

@@ -13,11 +13,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.traces.thresholds import FINAL_S, GONE_S, LATE
-from pmwvc_core.law.channel.pace import FOLLOW_S, LONGEST_S
+from pmwvc_analysis.traces.thresholds import GONE_S, LATE
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import PacketTraces, SessionTraces
 
 
 def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float:
@@ -46,23 +45,6 @@ def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
     late = (gaps_s > (1.0 + LATE) * due_s) & (times_s[1:] > start_s)
     begun_s = np.maximum(times_s[:-1], start_s)
     return np.stack([begun_s[late], times_s[1:][late]], axis=1)
-
-
-def late_s(traces: SessionTraces, user: UserTraces) -> float | None:
-    """Return by how much late packets made a user's lag longer at the end at most, both ways
-    together [s]: what a receiver waited beyond its usual time, which a playout forgets with the
-    time constant ``FOLLOW_S``; None where that was not recorded.
-    """
-    total_s = 0.0
-    for way, loop in (("up", traces.server), ("down", user)):
-        taken = traces.taken.get(f"{user.name}/{way}")
-        if taken is None or loop is None or len(taken.row) < 2:
-            return None
-        times_s = loop.time_s[np.unique(taken.row)]
-        late_s = np.minimum(np.diff(times_s) - np.median(np.diff(times_s)), LONGEST_S)
-        ago_s = np.maximum(times_s[-1] - FINAL_S - times_s[1:], 0.0)
-        total_s += float((late_s * np.exp(-ago_s / FOLLOW_S)).max())
-    return total_s
 
 
 def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, float]:

@@ -58,7 +58,6 @@ class Outcome(NamedTuple):
     measured: float | None = None
     tolerance: float | None = None
     unit: str = ""
-    until: float | None = None  # the other end, where a range is predicted
 
 
 def outcomes(
@@ -134,21 +133,16 @@ def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
 def _of_user(
     user: User, scenario: Scenario, summary: dict[str, Any], entry: dict[str, Any]
 ) -> Outcome:
-    """Return the outcome of an offset. On a live strict channel the lag follows late packets: up
-    to F/(2b) times what they made it longer is added.
-    """
     force, was_m, live = entry["force_final_n"], entry["drift_m"], summary["source"] == "live"
     if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
         far = f"the device moves {math.sqrt(transformer(user)):.3g} times as far."
         text = "no offset of device and avatar is predicted: the ends have different impedance,"
         text = f"{user.name}: {text} {far}"
         return Outcome("offset", None, text, user.name)
-    m_per_s, late_s = force / (2.0 * first_axis(user.in_contact.impedance)), entry["late_s"]
-    even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
-    until_m = even_m + m_per_s * late_s if ranges and late_s is not None else None
-    low_m, high_m = sorted((even_m, even_m if until_m is None else until_m))
+    m_per_s = force / (2.0 * first_axis(user.in_contact.impedance))
+    even_m = m_per_s * lag_s(user, scenario, live=live)
     tolerance_m = _tolerance_m(even_m)
-    hit = low_m - tolerance_m <= was_m <= high_m + tolerance_m
+    hit = abs(was_m - even_m) <= tolerance_m
     if reason := next(_open(user, scenario, summary, entry, even_m, hit=hit), ""):
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
@@ -156,14 +150,12 @@ def _of_user(
             f"expected of the link{begins}. {reason}"
         )
         return Outcome("offset", None, text, user.name)
-    until = "" if until_m is None else f" to {until_m * 1e3:+.2f}"
     text = (
-        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f}{until} mm, measured "
+        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f} mm, measured "
         f"{was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
         f"tolerance {tolerance_m * 1e3:.2f} mm)."
     )
-    late = f" Late packets made its lag up to {late_s * 1e3:.0f} ms longer." if ranges else ""
-    return Outcome("offset", hit, text + late, user.name, even_m, was_m, tolerance_m, "m", until_m)
+    return Outcome("offset", hit, text, user.name, even_m, was_m, tolerance_m, "m")
 
 
 def _open(
@@ -178,7 +170,8 @@ def _open(
         ways = [f"{n:.0%} of the packets {way}" for way, n in known.items() if n is not None]
         left_out = " and ".join(ways) or "packets"
         yield f"A deadband left out {left_out}; the longest wait for one counts."
-    if is_random(user.link_up) or is_random(user.link_down) or (live and scenario.zeroing):
+    follows = live and (scenario.strict or scenario.zeroing)
+    if is_random(user.link_up) or is_random(user.link_down) or follows:
         yield LATE_PLAYOUT if scenario.strict else TOO_LATE if scenario.zeroing else HELD
     events = [each for each in summary["events"] if each["time_s"] is not None]
     if not scenario.strict:
@@ -199,8 +192,6 @@ def _open(
     limited = any((e["kind"], e["who"]) == ("limit", f"{name} master") for e in events)
     if limited and not (hit or scenario.strict):
         yield "Its force was limited, which took motion out of the wave."
-    if live and scenario.strict and entry["late_s"] is None:
-        yield LATE_PLAYOUT
 
 
 def _tolerance_m(predicted_m: float) -> float:

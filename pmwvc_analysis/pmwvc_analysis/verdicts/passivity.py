@@ -26,15 +26,14 @@ from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import (
     AGAIN,
-    Hole,
     Unjudged,
-    holes,
+    of_server,
     skips,
     starts,
 )
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces, UserTraces
-from pmwvc_core.words import quantity, share
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.words import listed, quantity, share
 
 PORTS = {
     "up": "link from the device to the server",
@@ -77,7 +76,7 @@ def passivity(
 ) -> Passivity:
     """Judge every port and every component of a session."""
     balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
-    missing = [hole for hole in holes(traces) if hole.owner == SERVER]
+    missing = [each.unjudged for each in of_server(traces.server)] if traces.server else []
     found: list[Finding] = []
     for user in traces.users:
         if (entry := balances.get(user.name)) is None:
@@ -85,10 +84,12 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        of_user = (_held(energy.within(f, entry, open_s), user) for f in _of_user(entry, missing))
-        found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
+        unknown = [*entry.unjudged, *missing]
+        for part, balance in entry.parts.items():
+            port = energy.within(balance.judged(user.name, part, unknown), balance, open_s)
+            found.append(_excused(_held(port, user), "" if scenario else NO_SCENARIO))
     if traces.server is not None and len(traces.server.time_s):
-        found.append(_of_server(traces, scenario, missing))
+        found.append(_of_server(traces.server, scenario, missing))
     if energies is not None:
         found += energies.findings
     return Passivity(tuple(found))
@@ -107,18 +108,11 @@ def _held(found: Finding, user: UserTraces) -> Finding:
     return replace(found, held_j=held_j, why=why)
 
 
-def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
-    unknown = [*entry.unjudged, *(hole.unjudged for hole in missing)]
-    return [ways.judged(entry.name, part, unknown) for part, ways in entry.parts.items()]
-
-
 def _of_server(
-    traces: SessionTraces, scenario: Scenario | None, missing: Sequence[Hole]
+    server: ServerTraces, scenario: Scenario | None, missing: Sequence[Unjudged]
 ) -> Finding:
-    server = traces.server
-    assert server is not None
     taken, given, _ = energy.server_sums(server)
-    rows, unknown = slice(None), [hole.unjudged for hole in missing]
+    rows, unknown = slice(None), [*missing]
     for row in starts(server)[:1]:  # what it held died with it
         rows, (since_s, until_s) = slice(row), server.time_s[[row, -1]].tolist()
         unknown.append(Unjudged(since_s, until_s, f"{SERVER} {AGAIN}"))
@@ -198,28 +192,21 @@ def part_words(finding: Finding) -> str:
     return PORTS.get(finding.part, finding.part.replace("_", " "))
 
 
-def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
-    """Return in words whether the budget closes and which components generated energy.
-
-    Each line is good or bad; None where the ports, which decide, show that others paid for it.
+def budget_lines(
+    found: Budget, active: Sequence[str], *, passive: bool | None
+) -> list[tuple[bool | None, str]]:
+    """Return in words whether the budget closes and which components were ``active``. Each line is
+    good or bad; None where the ports, which decide, show that others paid for it.
     """
     residual = quantity(float(np.abs(found.residual_j).max()), "J")
     text = f"The energy budget closes to {residual}."
     if not found.closes:
         text = f"The energy budget does not close: {residual} are not explained."
     lines: list[tuple[bool | None, str]] = [(found.closes, text)]
-    for part, hides in {each.part: each.hides for each in found.remainders}.items():
-        words = words_of(part)
-        lines.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
-    for port in judged.findings:
-        if port.decides and port.passive is False:
-            lines.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
-    paid = judged.session
-    lines += [
-        (None if paid else False, f"{component(each, judged)}.")
-        for each in judged.components or found.active
-    ]
-    if not found.active and paid:
-        limit = found.findings[0].tolerance_j
-        lines.append((True, f"No component generated energy beyond {quantity(limit, 'J')}."))
+    if parts := list(dict.fromkeys(words_of(each.part) for each in found.remainders)):
+        lines.append((None, f"What the others leave, with their errors: {listed(parts)}."))
+    lines += [(None if passive else False, f"{each}.") for each in active]
+    if passive and not active:
+        limit = quantity(found.findings[0].tolerance_j, "J")
+        lines.append((True, f"No component generated energy beyond {limit}."))
     return lines

@@ -13,7 +13,7 @@ import numpy as np
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import events, limits
-from pmwvc_analysis.traces import arrivals, holes
+from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.stages import stages, until
@@ -142,7 +142,6 @@ def _user(
         "drift_change_m": swing(away.error, away.time_s, end_s) if away else None,
         "kept_apart_m": final(away.kept, away.time_s, end_s) if away else None,
         **_ticks(user),
-        "late_s": arrivals.late_s(traces, user),
         "lateness_us": percentiles(user.lateness_s, 1e6),
         "compute_us": percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
