@@ -16,18 +16,16 @@ every alignment of two hosts' clocks within its uncertainty is a violation; one 
 not judged.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import (
+    Balance,
     Declared,
     Finding,
     counts_j,
-    judge,
     together,
-    tolerance,
 )
 from pmwvc_analysis.traces.block_sums import BlockSums, up_to
 from pmwvc_analysis.traces.hand_work import hand_work
@@ -40,55 +38,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import quantity
 
-UNRESOLVED = "the steps of the encoder leave the work of the hand open"
 STEPS = 9  # alignments that are tried within the uncertainty
-
-
-@dataclass(frozen=True)
-class Balance:
-    """One balance over time, and what the criterion of passivity allows it beside rounding."""
-
-    time_s: Array  # (step,)
-    energy_in_j: Array
-    energy_out_j: Array
-    declared_j: float = 0.0  # stored at the start
-    counts_j: float = 0.0  # that counts of an encoder are bounded to make of it
-    resolution_j: Array | float = 0.0  # (step,) how far it may be off, as an encoder has steps
-
-    @property
-    def balance_j(self) -> Array:
-        """Energy in less energy out [J]."""
-        return self.energy_in_j - self.energy_out_j
-
-    @property
-    def tolerance_j(self) -> Array:
-        """Largest deficit that counts as zero [J]."""
-        return tolerance(self.energy_in_j)
-
-    @property
-    def limit_j(self) -> Array:
-        """The lowest balance that is passive, without what the encoder leaves open [J]."""
-        return -self.tolerance_j - self.declared_j - self.counts_j
-
-    @property
-    def minimum_j(self) -> float:
-        """The lowest balance, never above the zero it starts from [J]."""
-        return min(0.0, float(self.balance_j.min(initial=0.0)))
-
-    def judged(self, owner: str, part: str, unjudged: Sequence[Unjudged] = ()) -> Finding:
-        """Return the result of the criterion; not judged where the encoder cannot resolve it."""
-        moved = np.abs([self.energy_in_j, self.energy_out_j])
-        found = judge(
-            owner, part, self.time_s, self.balance_j, decides=True, unjudged=unjudged,
-            moved_j=float(moved.max(initial=0.0)), declared_j=self.declared_j,
-            counts_j=self.counts_j, tolerance_j=self.tolerance_j + self.resolution_j,
-        )  # fmt: skip
-        least_j = self.balance_j - self.resolution_j
-        if found.passive and np.any(self.resolution_j) and (least_j < self.limit_j).any():
-            most_mj = 1e3 * float(np.max(self.resolution_j))
-            why = f"{UNRESOLVED} by up to {most_mj:.3g} mJ"
-            return replace(found, passive=None, why=why)
-        return found
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
+from pmwvc_analysis.budget.criterion import Balance, Declared, Finding
 from pmwvc_analysis.budget.parts import MISSED, Remainder, accounted, words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
@@ -99,12 +99,11 @@ class Budget:
             tank, links = "position_spent" in part or "node" in part, "link" in part
             unjudged = self.server_holes if owner == SERVER else ()
             known = self.time_s < min((hole.start_s for hole in unjudged), default=np.inf)
-            judged = judge(
-                owner, part, self.time_s[known], sums[known], moved_j=moved, decides=False,
-                tolerance_j=tolerance(np.full(int(known.sum()), moved)), unjudged=unjudged,
-                declared_j=tank * declared.controller_j + links * declared.playouts_j,
-            )  # fmt: skip
-            found.append(judged)
+            stored_j = tank * declared.controller_j + links * declared.playouts_j
+            balance = Balance(
+                self.time_s[known], sums[known], 0.0 * sums[known], stored_j, moved_j=moved
+            )
+            found.append(balance.judged(owner, part, unjudged, decides=False))
         return found
 
     @property

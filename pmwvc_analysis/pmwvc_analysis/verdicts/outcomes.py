@@ -65,37 +65,33 @@ def outcomes(
 ) -> list[Outcome]:
     """Return what became of every prediction of a summary.
 
-    Where parameters changed in flight (``steady`` has several stages) predictions are those of the
-    parameters at the start and remain open.
+    Where parameters changed in flight (``steady`` has several stages), those of stability and
+    offsets are of the parameters at the start and remain open.
     """
+    found = [_stability(summary)]
     if len(steady) > 1:
         text = "the prediction is that of the parameters at the start, and open."
-        text = f"Parameters changed ({text_of(steady)}): {text}"
-        return [Outcome("stability", None, text)]
-    found = [_stability(summary)]
-    if passive_by_account(scenario):
+        found = [Outcome("stability", None, f"Parameters changed ({text_of(steady)}): {text}")]
+    if all(passive_by_account(each) for each in [scenario, *(s.scenario for s in steady)]):
         found.append(_passivity(summary))
-    if summary["prediction"]["mass_felt"] is not None:
+    if len(steady) <= 1 and summary["prediction"]["mass_felt"] is not None:
         found += offsets(scenario, summary)
     return found
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
     ports = summary["passivity"]["ports"]
-    of = {verdict: [p for p in ports if p["passive"] is verdict] for verdict in (False, None)}
-    owners = {verdict: listed(sorted({p["owner"] for p in own})) for verdict, own in of.items()}
-    if of[False] and all(map(_by_standing_loops, of[False])):
+    hit = together(port["passive"] for port in ports)
+    those = [port for port in ports if port["passive"] is hit]
+    owners = listed(sorted({port["owner"] for port in those}))
+    if hit is False and all(map(_by_standing_loops, those)):
         text = (
             "Predicted that all ports are passive while loops run: open, the loop of "
-            f"{owners[False]} stood still, and its last force stayed on."
+            f"{owners} stood still, and its last force stayed on."
         )
         return Outcome("passivity", None, text)
-    was = {
-        True: "they were",
-        False: "they were NOT",
-        None: f"not all were judged ({owners[None] or 'no port was recorded'})",
-    }
-    hit = together(port["passive"] for port in ports)
+    unknown = f"not all were judged ({owners or 'no port was recorded'})"
+    was = {True: "they were", False: "they were NOT", None: unknown}
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was[hit]}.")
 
 

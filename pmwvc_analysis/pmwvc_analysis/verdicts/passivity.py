@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Finding, server_allowance_j, together
+from pmwvc_analysis.budget.criterion import Balance, Finding, server_allowance_j, together
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import (
@@ -117,7 +117,7 @@ def _of_server(
         rows, (since_s, until_s) = slice(row), server.time_s[[row, -1]].tolist()
         unknown.append(Unjudged(since_s, until_s, f"{SERVER} {AGAIN}"))
     allowance_j = server_allowance_j(scenario) if scenario else 0.0
-    balance = energy.Balance(server.time_s[rows], taken[rows], given[rows], allowance_j)
+    balance = Balance(server.time_s[rows], taken[rows], given[rows], allowance_j)
     found = balance.judged(SERVER, SERVER, unknown)
     if scenario is None:
         return _excused(found, "without the scenario its environment is not known")

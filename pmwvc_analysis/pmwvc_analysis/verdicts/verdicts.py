@@ -17,7 +17,7 @@ from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.stages import stages, until
-from pmwvc_analysis.traces.sums import final, merged, number, percentiles, rms, swing
+from pmwvc_analysis.traces.sums import final, number, percentiles, rms, swing
 from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
@@ -77,7 +77,6 @@ def summary(
             "messages": {topic: count["messages"] for topic, count in counts},
             "missing": {topic: count["missing"] for topic, count in counts},
             "holes": [hole._asdict() for hole in missing],
-            "not_recorded_s": [list(each) for each in merged(hole[1:3] for hole in missing)],
             "not_relayed": {t: n["not_relayed"] for t, n in counts if "not_relayed" in n},
         },
         "alignment": traces.metadata.get("alignment", {}),
