@@ -146,7 +146,9 @@ def test_remainders_are_named():
     found = budget(traces, scenario)
     said = found.summary()["remainders"]
     assert [(each["owner"], each["part"]) for each in said] == [("server", "environment_heat")]
-    lines = [words for _, words in budget_lines(found, [], passive=True)]
+    lines = [
+        words for _, words in budget_lines(found, {"active": [], "passivity": {"passive": True}})
+    ]
     assert any("others leave" in words and "in the environment" in words for words in lines)
     labels = [label for label, _ in found.rows()]
     assert "dissipated in the environment (remainder)" in labels

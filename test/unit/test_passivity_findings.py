@@ -133,7 +133,7 @@ def test_no_tick_stands_above_a_port_that_gave_out_energy():
     traces, scenario = handmade.session(), handmade.scenario()
     energies = budget(traces, scenario)
     for passive in (True, False, None):
-        lines = budget_lines(energies, [], passive=passive)
+        lines = budget_lines(energies, {"active": [], "passivity": {"passive": passive}})
         assert any("No component" in words for _, words in lines) is (passive is True)
 
 

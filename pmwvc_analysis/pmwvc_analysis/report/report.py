@@ -55,9 +55,7 @@ def render(
         description=scenario.description if scenario else "",
         folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
         story=story(traces, scenario, summary),
-        budget_lines=budget_lines(
-            energies, summary["active"], passive=summary["passivity"]["passive"]
-        ) if energies else [],
+        budget_lines=budget_lines(energies, summary) if energies else [],
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
         predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],

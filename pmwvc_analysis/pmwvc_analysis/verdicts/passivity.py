@@ -17,6 +17,7 @@ had not taken in is named with its amount.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -192,12 +193,11 @@ def part_words(finding: Finding) -> str:
     return PORTS.get(finding.part, finding.part.replace("_", " "))
 
 
-def budget_lines(
-    found: Budget, active: Sequence[str], *, passive: bool | None
-) -> list[tuple[bool | None, str]]:
-    """Return in words whether the budget closes and which components were ``active``. Each line is
+def budget_lines(found: Budget, summary: dict[str, Any]) -> list[tuple[bool | None, str]]:
+    """Return in words whether the budget closes and which components were active. Each line is
     good or bad; None where the ports, which decide, show that others paid for it.
     """
+    active, passive = summary["active"], summary["passivity"]["passive"]
     residual = quantity(float(np.abs(found.residual_j).max()), "J")
     text = f"The energy budget closes to {residual}."
     if not found.closes:
