@@ -89,16 +89,18 @@ def unchecked(scenario):
         found["f_m"] = "parts that answer a shortened wave change v_m with it"
     elif any(m.rises > 1.0 for m in masters):
         found["f_m"] = "with which impedance a tick ran is not on record"
-    if waves:
-        found["energy.v_rx"] = PACKETS
+    found["energy.v_rx"] = found["energy.u_tx"] = PACKETS
+    if scenario.coupling.moves is not None:
+        found["server.x_s"] = "how an avatar moves follows from its velocity and from sliding"
     if scenario.users[0].device.encoder_step_m > 0.0:
         names = ("x_m", "f_h", "f_applied", "energy.device", "energy.hand")
         found |= dict.fromkeys(names, LEFT)
     if scenario.strict:
         found["f_m"] = "how much a port damps that is short of energy is not on record"
-    own = [m.position.is_on or m.filter.means or m.velocity_filter.is_on for m in masters]
-    if scenario.strict or (waves and any(own)):
-        found["u_m_lp"], found["energy.u_tx"] = "packets are not its samples", PACKETS
+    if waves:
+        found["u_m_lp"] = PACKETS
+    if waves and not scenario.coupling.balanced and not scenario.coupling.black_box:
+        found["server.xd_s"] = LEFT
     if "integration" in of_server(scenario):
         found["server.potential"] = found["server.dissipated"] = LEFT
     if scenario.coupling.black_box:

@@ -6,13 +6,14 @@ A server or an emulator that ended takes the loop with it: everything is judged 
 master that ended takes its user with it alone; a user who left interrupts nothing.
 
 The end of a node is reported by the session runner where it saw that, else by its trace, which
-breaks off while others go on. Where its packets go on, that is a hole of the recording.
+breaks off while others go on.
 """
 
 import math
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
+
+import numpy as np
 
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
@@ -45,39 +46,28 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
     ended = [e for e in events if e["kind"] == "ended" and (e["time_s"] or math.inf) < early_s]
     noted = {str(each["who"]): each for each in reversed(ended)}
     killed = {who for who, action, _ in disturbances(traces) if action == "kill"}
-    for who, user, last_s, sent_s in _nodes(traces):
+    for who, user, last_s in _nodes(traces):
         end, gone = noted.get(who), last_s <= early_s
         if gone and user and _left(traces, user, last_s):
             found.append(Ending(user, user, last_s, "left", interrupts=False))
         elif end or gone:  # a runner sees an end a little later than the last that is on record
-            recorded = "ended" if sent_s <= last_s + EARLY_S else "was last recorded"
-            what = str(end["what"]) if end else recorded
+            what = str(end["what"]) if end else "was last recorded"
             what = "was killed, as asked," if who in killed else what
             time_s = min(last_s, float(end["time_s"])) if end else last_s
             found.append(Ending(who, user, time_s, what, interrupts=who not in killed))
     return sorted(found, key=lambda ending: ending.time_s)
 
 
-def _nodes(traces: SessionTraces) -> Iterator[tuple[str, str, float, float]]:
-    """Yield the nodes on record, whose they are (empty: everybody's), and until when each traced
-    and sent [s]; the emulator traces nothing.
+def _nodes(traces: SessionTraces) -> Iterator[tuple[str, str, float]]:
+    """Yield the nodes on record, whose they are (empty: everybody's), and until when each was
+    recorded [s]; the emulator is by the packets that it relayed.
     """
     for user in traces.users:
-        last_s = float(user.time_s[-1]) + user.tick_s
-        sent_s = _last_packet_s(traces, [f"/{user.name}/wave_up"])
-        yield f"{user.name} master", user.name, last_s, sent_s
+        yield f"{user.name} master", user.name, float(user.time_s[-1]) + user.tick_s
     if (server := traces.server) is not None and len(server.time_s):
-        sent = [topic for topic in traces.packets if re.fullmatch("/server/.*/wave_down", topic)]
-        last_s = float(server.time_s[-1] + server.periods_s[-1])
-        yield "server", "", last_s, _last_packet_s(traces, sent)
-    sent_s = _last_packet_s(traces, [topic for topic in traces.packets if relayed(topic)])
-    yield "netem", "", sent_s or math.inf, sent_s
-
-
-def _last_packet_s(traces: SessionTraces, topics: Iterable[str]) -> float:
-    """Return when the last packet of some topics was recorded [s]; zero: there was none."""
-    times = [traces.packets[topic].time_s for topic in topics if topic in traces.packets]
-    return max((float(each[-1]) for each in times if len(each)), default=0.0)
+        yield "server", "", float(server.time_s[-1] + server.periods_s[-1])
+    came = [each.time_s for topic, each in traces.packets.items() if relayed(topic)]
+    yield "netem", "", float(np.concatenate([*came, [0.0]]).max()) or math.inf
 
 
 def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:

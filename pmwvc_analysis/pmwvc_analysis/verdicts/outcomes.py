@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.criterion import passive_by_account, together
-from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.stages import Stage, text_of
@@ -22,18 +21,14 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 from pmwvc_core.words import listed
 
-UNKNOWN = "is not known before."
-LATE_PLAYOUT = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
-TOO_LATE = f"channel = zeroing loses the motion of packets that come too late, which {UNKNOWN}"
-HELD = (
-    "channel = plain holds a wave until the next packet: what late and lost ones make of the "
-    f"motion {UNKNOWN}"
-)
+LATE = {  # by whether the channel is strict
+    True: "The delay of a playout follows how late packets come, which is not known before.",
+    False: "What late and lost packets make of the motion is not known before.",
+}
 SKIPPED = (
-    "channel = plain uses the newest packet of a server step only: what the others carried of the "
-    f"motion is lost, how much {UNKNOWN}"
+    "channel = plain uses the newest packet of a server step only: how much of the motion the "
+    "others carried is not known before."
 )
-DELAYS = "stall", "link", "damping"  # kinds of events behind which packets come late
 OFFSET = "offset of the device from its avatar at the end"
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
 STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
@@ -166,16 +161,10 @@ def _open(
         ways = [f"{n:.0%} of the packets {way}" for way, n in known.items() if n is not None]
         left_out = " and ".join(ways) or "packets"
         yield f"A deadband left out {left_out}; the longest wait for one counts."
-    follows = live and (scenario.strict or scenario.zeroing)
-    if is_random(user.link_up) or is_random(user.link_down) or follows:
-        yield LATE_PLAYOUT if scenario.strict else TOO_LATE if scenario.zeroing else HELD
-    events = [each for each in summary["events"] if each["time_s"] is not None]
-    if not scenario.strict:
-        if user.master.frame_s < scenario.server.period_s:
-            yield SKIPPED
-        own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
-        for each in (e for e in events if live and e["kind"] in DELAYS and e["who"] in own):
-            yield f"{each['who']}, at {each['time_s']:.2f} s: {each['what']}. {HELD}"
+    if live or is_random(user.link_up) or is_random(user.link_down):
+        yield LATE[scenario.strict]
+    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
+        yield SKIPPED
     if summary["stable"] is False:
         yield "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
@@ -185,8 +174,8 @@ def _open(
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         yield f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
-    limited = any((e["kind"], e["who"]) == ("limit", f"{name} master") for e in events)
-    if limited and not (hit or scenario.strict):
+    own = (each["kind"] for each in summary["events"] if each["who"] == f"{name} master")
+    if "limit" in own and not (hit or scenario.strict):
         yield "Its force was limited, which took motion out of the wave."
 
 
