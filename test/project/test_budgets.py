@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_117,
+        4_102,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

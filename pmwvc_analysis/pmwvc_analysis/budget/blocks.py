@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Sums
-from pmwvc_analysis.traces.block_sums import BlockSums, up_to
-from pmwvc_analysis.traces.hand_work import complete, hand_work, measured
+from pmwvc_analysis.traces.block_sums import BlockSums, complete, hand_work, measured, up_to
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, passages

@@ -27,8 +27,7 @@ from pmwvc_analysis.budget.criterion import (
     counts_j,
     together,
 )
-from pmwvc_analysis.traces.block_sums import BlockSums, up_to
-from pmwvc_analysis.traces.hand_work import hand_work
+from pmwvc_analysis.traces.block_sums import BlockSums, hand_work, up_to
 from pmwvc_analysis.traces.holes import GAP, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.controllers.accounts import alters_wave

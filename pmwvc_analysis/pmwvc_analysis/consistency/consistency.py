@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.traces.hand_work import complete, measured
+from pmwvc_analysis.traces.block_sums import complete, measured
 from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.controllers.library import has_waves

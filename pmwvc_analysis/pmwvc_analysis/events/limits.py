@@ -24,7 +24,7 @@ from pmwvc_analysis.events.nodes import COUPLED, FAULT, Event, event, limited, u
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.numeric import Array, root
+from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.wave.impedance import WavePort
@@ -65,8 +65,10 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
         first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
         joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
-        off_m = _length(moved - moved[joined])  # an avatar of a later stay begins anew
-        way_m = _length(user.x_m - user.x_m[0])[user.rows_at(server.time_s)]
+        off_m = np.linalg.norm(
+            moved - moved[joined], axis=-1
+        )  # an avatar of a later stay begins anew
+        way_m = np.linalg.norm(user.x_m - user.x_m[0], axis=-1)[user.rows_at(server.time_s)]
         gone = off_m > np.maximum(th.LOST_M, th.LOST_SHARE * np.fmax.accumulate(way_m))
         lasting = (server.time_s[rows] for rows in spans(gone & there))
         lost_s = (float(each[0]) for each in lasting if each[-1] - each[0] >= th.LASTING_S)
@@ -98,10 +100,6 @@ def words(entry: dict[str, Any]) -> str:
     """Return an entry of the summary in words."""
     amount = f"{quantity(entry['energy_j'], 'J')}, {entry['position_m'] * 1e3:.3g} mm"
     return f"environment limited: {amount}"
-
-
-def _length(vectors: Array) -> Array:
-    return np.asarray(np.linalg.norm(vectors, axis=-1))
 
 
 def taken_over(traces: SessionTraces) -> str:

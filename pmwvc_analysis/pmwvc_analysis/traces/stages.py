@@ -62,14 +62,6 @@ def rows_of(found: Sequence[Stage], time_s: Iterable[float]) -> list[Flags]:
     return [index == number for number in range(len(found))]
 
 
-def text_of(found: Sequence[Stage]) -> str:
-    """Return what changed and when, in words; empty where nothing did."""
-    changes = [stage.change for stage in found if stage.change is not None]
-    shown = [f"{change.words()} at {change.time_s:.2f} s" for change in changes[:2]]
-    more = f" and {len(changes) - 2} more changes" if len(changes) > 2 else ""
-    return ", ".join(shown) + more
-
-
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:
     """Return what there was before ``end_s``, without users of whom nothing is left; the same
     object where that is everything.

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.budget.criterion import passive_by_account, together
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.traces.stages import Stage, text_of
+from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -65,8 +65,9 @@ def outcomes(
     """
     found = [_stability(summary)]
     if len(steady) > 1:
+        begins = f"Parameters changed, first at {steady[1].start_s:.2f} s"
         text = "the prediction is that of the parameters at the start, and open."
-        found = [Outcome("stability", None, f"Parameters changed ({text_of(steady)}): {text}")]
+        found = [Outcome("stability", None, f"{begins}: {text}")]
     if all(passive_by_account(each) for each in [scenario, *(s.scenario for s in steady)]):
         found.append(_passivity(summary))
     if len(steady) <= 1 and summary["prediction"]["mass_felt"] is not None:
