@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.budget.energy import declared
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import why_fixed
@@ -21,7 +20,7 @@ from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import NS
-from pmwvc_view.feed.verdict import Judge, Notices, server_words, verdict
+from pmwvc_view.feed.verdict import Judge, Notices, verdict
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 TEXT_EVERY = 8  # snapshots between two verdicts
@@ -112,7 +111,7 @@ class Session(ABC):
         """Begin to show a session in which the devices of these users count their true motion."""
         self._scenario, self._exact = scenario, exact
         self.layout = Layout([user.name for user in scenario.users], scenario.dof)
-        self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS))
+        self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS), live=self._live)
         self._lags = description.lags(scenario, live=self._live)
         self._judge, self._notices = Judge(self._feed.tape), Notices()
         self._text: dict[str, Any] = {}
@@ -156,15 +155,9 @@ class Session(ABC):
         (paused, notices), scenario = self._state(), self._scenario
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
-            self._judge.judge(scenario, live=self._live)
-            self._text = verdict(
-                self._feed.users, self._judge,
-                storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
-                exact_hands=self._exact,
-                notices=notices + self._notices.texts(),
-                server=server_words(self._feed.server.worst, scenario),
-                black_box=scenario.coupling.black_box,
-            )  # fmt: skip
+            self._judge.judge(scenario)
+            told = {"exact_hands": self._exact, "notices": notices + self._notices.texts()}
+            self._text = verdict(self._feed, self._judge, scenario, **told)
         known, wanted, preset = self._valued, self.scenario(), self._preset_name()
         if known is None or known[0] is not wanted or known[1] != preset:
             self._valued = known = (wanted, preset, controls.values_of(wanted, preset))

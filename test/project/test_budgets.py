@@ -79,7 +79,7 @@ ROOMS = {
     ),
     "command line": Room(3_409, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_426, 3_000, ("pmwvc_view",)),
+    "page": Room(3_190, 3_000, ("pmwvc_view",)),
 }
 
 

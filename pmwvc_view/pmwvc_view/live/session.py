@@ -8,14 +8,13 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting
 from pmwvc_view.live.graph import AboutSession, Graph
-from pmwvc_view.live.topics import Inlets, PublishedHand
+from pmwvc_view.live.topics import Inlets, PublishedHand, TraceReader
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Handled, Session, ramped
 
@@ -35,8 +34,7 @@ class LiveSession(Session):
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)
-        waves = has_waves(scenario.controller)
-        self._inlets = Inlets(node, graph, dof=scenario.dof, waves=waves)
+        self._inlets = Inlets(node, graph, TraceReader(self._feed.tape, dof=scenario.dof))
         self._hands = {
             user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")
             for user in scenario.users
