@@ -93,12 +93,12 @@ class RecordedSession:
             for user in self._traces.users
         ]
         about = description.describe(
-            self._scenario, mode="recorded", duration_s=self._traces.duration_s,
-            values=controls.values_of(self._scenario), remote=(),
+            self._scenario, self.layout, mode="recorded", duration_s=self._traces.duration_s,
+            values=controls.values_of(self._scenario), remote=(), can=CAN,
+            snapshot_s=self._period_s,
         )  # fmt: skip
-        about["events"] = self._summary["events"]
-        about["start_s"] = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
-        return description.message(about, self.layout, can=CAN, snapshot_s=self._period_s)
+        start_s = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
+        return about | {"events": self._summary["events"], "start_s": start_s}
 
     def texts(self) -> list[tuple[int, dict[str, Any]]]:
         """Return the texts with the rows from which they hold."""

@@ -96,40 +96,33 @@ class SimulatedSession(Session):
 
     def __init__(self, scenario: Scenario, *, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(live=False)
-        self._clock, self._paused = clock, False
-        self._preset: str | None = None
+        self._clock = clock
         self._begin(scenario)
 
     def _begin(self, scenario: Scenario) -> None:
         self._show(scenario, [user.name for user in scenario.users])
-        self._wanted = scenario
         self.generation += 1
         self._simulation = Simulation(scenario, self._feed)
+        self.remote = list(self._simulation.targets)
         self._at_s = self._clock()
         self._left_s = self._lost_s = 0.0  # of real time, not simulated yet; never simulated
 
-    def _state(self) -> tuple[bool, list[str]]:
+    def _notes(self) -> list[str]:
         lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
-        return self._paused, [lost] if self._lost_s >= 0.5 else []
-
-    def _preset_name(self) -> str | None:
-        return self._preset
-
-    def _remote(self) -> Sequence[str]:
-        return list(self._simulation.targets)
+        return [lost] if self._lost_s >= 0.5 else []
 
     def poll(self) -> Sequence[Snapshot]:
         """Simulate up to now; return the snapshots since the last call."""
         now_s = self._clock()
         passed_s, self._at_s = now_s - self._at_s, now_s
-        if self._paused:
+        if self.paused:
             return []
         self._left_s += min(passed_s, LONGEST_STEP_S)
         self._lost_s += max(passed_s - LONGEST_STEP_S, 0.0)
-        if self._scenario != self._wanted:  # a delay never jumps
-            self._scenario = ramped(self._scenario, self._wanted, over_s=SNAPSHOT_S)
+        if self._scenario != self.wanted:  # a delay never jumps
+            self._scenario = ramped(self._scenario, self.wanted, over_s=SNAPSHOT_S)
             self._simulation.change(self._scenario)
-            if self._scenario == self._wanted:
+            if self._scenario == self.wanted:
                 self._lags = description.lags(self._scenario, live=False)
         simulation, tick_s = self._simulation, self._simulation.tick_ns * 1e-9
         before = simulation.tick
@@ -137,34 +130,27 @@ class SimulatedSession(Session):
         self._left_s -= (simulation.tick - before) * tick_s
         return self._snapshots(simulation.tick * simulation.tick_ns, simulation.places())
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> None:
-        """Give a hand its newest target [m]; None opens it."""
-        if user in self._simulation.targets:
-            target = description.within_workspace(position, self._scenario, user)
-            self._simulation.give(user, None if target is None else value(tuple(target)))
+    def _give(self, user: str, position: Sequence[float] | None) -> None:
+        self._simulation.give(user, None if position is None else value(tuple(position)))
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
-        self._wanted = wanted
-        if control.node == "netem":
-            self._preset = str(value) if control.path == controls.PRESET else None
+        self.wanted = wanted
+        if control.of_link:
+            self.preset = str(value) if control.path == controls.PRESET else None
         return ""
-
-    def scenario(self) -> Scenario:
-        """Return the scenario that settings are added to."""
-        return self._wanted
 
     async def pause(self, paused: bool) -> Handled:
         """Let time stand still, or go on."""
-        self._paused = paused
+        self.paused = paused
         return Handled(True, "paused" if paused else "running")
 
     def restart(self, values: Settings) -> Handled:
         """Begin again with these settings."""
         try:
-            self._begin(controls.changed(self._wanted, values))
+            self._begin(controls.changed(self.wanted, values))
         except PmwvcError as error:
             return Handled(False, str(error))
         if controls.PRESET in values:
-            self._preset = str(values[controls.PRESET])
-        self._paused = False
+            self.preset = str(values[controls.PRESET])
+        self.paused = False
         return Handled(True, "begun again")

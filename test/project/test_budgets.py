@@ -67,7 +67,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_389,
+        3_297,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -79,7 +79,7 @@ ROOMS = {
     ),
     "command line": Room(3_409, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_190, 3_000, ("pmwvc_view",)),
+    "page": Room(3_076, 3_000, ("pmwvc_view",)),
 }
 
 

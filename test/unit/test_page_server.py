@@ -210,7 +210,7 @@ def test_any_text_is_a_request_or_refused_with_a_reason(text):
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=6))
 def test_target_arrives_as_it_was_sent(position):
     text = json.dumps({"kind": "target", "user": "user1", "position": position})
-    assert read(text) == Request("target", {"user": "user1", "position": tuple(position)})
+    assert read(text) == Request("target", {"user": "user1", "position": position})
 
 
 def test_page_that_does_not_look_is_sent_no_more_than_its_credit_then_the_present(server):
@@ -333,8 +333,8 @@ def test_page_that_asks_for_too_much_at_once_is_told_and_hands_go_on():
 
 def test_taking_hold_does_not_describe_the_session_anew():
     session, described = HandmadeSession(), []
-    description = session.description
-    session.description = lambda: described.append(1) or description()
+    message = session.message
+    session.message = lambda holders: described.append(1) or message(holders)
     with served(session) as server, server.page() as page:
         before = len(described)
         for _ in range(20):

@@ -9,7 +9,6 @@ a parameter changed at the earliest. Notices beside it tell what explains what i
 """
 
 import math
-from collections import deque
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,7 +18,6 @@ import numpy as np
 from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.verdicts import stability
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -27,51 +25,6 @@ from pmwvc_core.words import quantity
 from pmwvc_view.feed.balances import WAYS
 from pmwvc_view.feed.feed import Feed, FeedUser
 from pmwvc_view.feed.tape import SPAN_S, Tape
-from pmwvc_view.protocol.snapshot import Layout, Snapshot
-
-STALL_S = 0.025  # of a loop: it then skips ticks, and a watchdog of 30 ms may let go
-MOST = 4
-
-
-class Notices:
-    """The newest notices of a session."""
-
-    def __init__(self) -> None:
-        self._texts, self._time_s = deque[str](maxlen=MOST), 0.0
-
-    def texts(self) -> list[str]:
-        """Return the notices, oldest first."""
-        return list(self._texts)
-
-    def watch(self, snapshots: Sequence[Snapshot], layout: Layout) -> None:
-        """Note the stalls of force loops in new snapshots."""
-        for row in (snapshot.row for snapshot in snapshots):
-            self._time_s = float(row[1])
-            for user in layout.users:
-                late_s = float(row[layout.slices[f"{user}.lateness"].start])
-                if late_s > STALL_S:  # not where it is not known
-                    self._note(
-                        f"the machine stalled: the force loop of {user} woke "
-                        f"{1e3 * late_s:.0f} ms late; beyond 30 ms its force and avatar begin anew"
-                    )
-
-    def changed(self, old: Scenario, new: Scenario) -> None:
-        """Note a delay that grows under waves; samples of waves are held meanwhile."""
-        pairs = [
-            (getattr(before, way).delay_s, getattr(after, way).delay_s)
-            for before, after in zip(old.users, new.users, strict=True)
-            for way in ("link_up", "link_down")
-        ]
-        if has_waves(new.controller) and any(after > before for before, after in pairs):
-            longest_s = max(after for _, after in pairs)
-            text = f"the delay grew, to {1e3 * longest_s:.0f} ms"
-            if new.channel == "plain":
-                text += "; meanwhile waves are held, which can generate energy"
-            self._note(text)
-
-    def _note(self, text: str) -> None:
-        self._texts.append(f"At {self._time_s:.1f} s {text}.")
-
 
 JUDGED_S = 1.0  # between two judgements
 LATE_S = 1.0  # newest part, in which a force is at its limit or not

@@ -132,9 +132,7 @@ class Handling:
 
     def begin(self) -> None:
         """Begin anew with the session; handles stay whose they are."""
-        users = self._session.description()["users"]
-        remote = [user["name"] for user in users if user["remote"]]
-        self._owners = {user: self._owners.get(user) for user in remote}
+        self._owners = {user: self._owners.get(user) for user in self._session.remote}
         self._held_s: dict[str, float] = {}  # of those whose hand is closed: newest target
 
     def holders(self, client: Client) -> dict[str, str | None]:
@@ -212,14 +210,14 @@ class Handling:
         self._tell_users()
         return Handled(True)
 
-    def _target(self, client: Client, user: str, position: tuple[float, ...] | None) -> None:
+    def _target(self, client: Client, user: str, position: Sequence[float] | None) -> None:
         if self._owners.get(user) is not client:
             return
         if position is None:
             self._open(user)
         else:
             self._held_s[user] = self._listened_s
-            self._session.target(user, position)
+            self._session.target(user, tuple(map(float, position)))
 
     async def _later(self, client: Client, request: Request) -> None:
         found = await getattr(self._session, request.kind)(**request.values)
