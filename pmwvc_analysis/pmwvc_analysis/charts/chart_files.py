@@ -157,13 +157,9 @@ def payload(
     panels = [panel for chart in charts for panel in chart.panels]
     curves = [len(line.x) for panel in panels for line in panel.lines]
     curves += [len(dots.x) for panel in panels for dots in panel.dots]
-    left, waiting, most = MOST_NUMBERS, sorted(curves), max(curves, default=0)
-    for index, length in enumerate(waiting):  # all points, while all together are few enough
-        fair = left // (2 * (len(waiting) - index))
-        if length > fair:
-            most = max(LEAST_POINTS, fair)
-            break
-        left -= 2 * length
+    most = max(curves, default=0)
+    if 2 * sum(curves) > MOST_NUMBERS:
+        most = max(LEAST_POINTS, MOST_NUMBERS // (2 * len(curves)))
     pool = Pool()
     found = [
         {"name": chart.name, "heading": chart.heading}
