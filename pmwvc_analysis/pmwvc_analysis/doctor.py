@@ -77,8 +77,7 @@ def _structure(folder: Path, content: Content) -> Iterator[Checked]:
         if file.whole:
             size = f"{file.messages} messages in {file.chunks} chunks"
             yield Checked("file", OK, f"{name} is whole: {size}")
-        for status, texts in ((PROBLEM, file.problems), (WARNING, file.notes)):
-            yield from (Checked("file", status, f"{name}: {text}") for text in texts)
+        yield from (Checked("file", PROBLEM, f"{name}: {text}") for text in file.problems)
     if folder.is_dir() and not (folder / "metadata.yaml").is_file():
         yield Checked("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
 

@@ -15,8 +15,8 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -26,10 +26,11 @@ from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.recording.topics import Topic, about, session_topics
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import Spec
+from pmwvc_core.params import Validated
+from pmwvc_core.params.fields import parameter
 from pmwvc_core.runtime.messages import KEPT
 from pmwvc_core.runtime.pacing import request_priority, request_reception
-from pmwvc_core.runtime.parameters import declare_names, declare_value
+from pmwvc_core.runtime.parameters import declare, declare_names
 from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
 from pmwvc_core.runtime.topics import Polled, message_class
 
@@ -43,14 +44,30 @@ RECEPTION_PRIORITY, PRIORITY = 5, 4
 FLUSH_S = 1.0
 
 
+@dataclass(frozen=True)
+class RecorderParams(Validated):
+    """The parameters of the node, beside the names of its users."""
+
+    folder: str = parameter("", "-", "session folder to record into")
+    netem: bool = parameter(True, "-", "the links are emulated: waves have a topic at either end")
+    people: bool = parameter(
+        True, "-", "also record markers, diagnostics and the targets of hands"
+    )
+    reserve_mib: int = parameter(
+        RESERVE_BYTES >> 20, ">= 0 MiB", "space kept free: recording stops in good order there"
+    )
+
+
 class Recorder:
     """The work of the recorder node: from subscriptions into the file."""
 
     def __init__(self, node: Node) -> None:
-        folder, topics, reserve = declare_settings(node)
+        params, topics = declare_settings(node)
         self._ready = False
-        self._writer = writer = SessionWriter(folder, reserve_bytes=reserve)
-        for name, values in about(read_scenario(folder), source="live").items():
+        self._writer = writer = SessionWriter(
+            params.folder, reserve_bytes=params.reserve_mib << 20
+        )
+        for name, values in about(read_scenario(params.folder), source="live").items():
             writer.add_metadata(name, values)
         for topic in topics:
             writer.add_topic(topic)
@@ -128,26 +145,16 @@ class Recorder:
         return OK, "recording" if self._ready else "waiting for publishers", values
 
 
-def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
-    """Declare the parameters; return folder, topics and bytes of disk to be kept free."""
-
-    def flag(name: str, default: bool, description: str) -> bool:
-        return bool(declare_value(node, name, Spec(bool, description=description), default))
-
-    text = Spec(str, description="session folder to record into")
-    folder = declare_value(node, "folder", text, "")
+def declare_settings(node: Node) -> tuple[RecorderParams, list[Topic]]:
+    """Declare the parameters; return them with the topics to record."""
+    params = declare(node, "", RecorderParams)
     users = declare_names(node, "users", ["user1", "user2"], "names of the users")
-    emulated = flag("netem", True, "the links are emulated: waves have a topic at either end")
-    people = flag("people", True, "also record markers, diagnostics and the targets of hands")
-    words = "disk space kept free: recording stops in good order there"
-    space = Spec(int, "MiB", low=0, description=words)
-    reserve = declare_value(node, "reserve_mib", space, RESERVE_BYTES >> 20)
-    if not folder:
+    if not params.folder:
         raise ParameterError("folder is empty: name the session folder to record into")
     if not users:
         raise ParameterError("users is empty: name at least one user")
-    links = [f"{user}/{way}" for user in users for way in ("up", "down")] if emulated else []
-    return Path(folder), session_topics(users, links=links, people=people), reserve << 20
+    links = [f"{user}/{way}" for user in users for way in ("up", "down")] if params.netem else []
+    return params, session_topics(users, links=links, people=params.people)
 
 
 def _subscribed(node: Node, topic: Topic) -> Polled:

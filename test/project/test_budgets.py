@@ -67,7 +67,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_297,
+        3_288,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
