@@ -89,7 +89,11 @@ def _losses(content: Content, traces: SessionTraces) -> list[Checked]:
         if count["missing"] and (link := relayed(topic)) in traces.fates:
             texts.append(f"{topic}: {count['missing']} packets that {link} delivered")
         elif count["missing"]:
-            texts += content.counter.lines([topic])
+            texts += [
+                f"{topic}: {missing} of {missing + seen} missing (publisher {name})"
+                for name, (missing, seen) in content.gaps(topic).items()
+                if missing
+            ]
         if not count["messages"] and not topic.endswith(QUIET):
             texts.append(f"{topic}: nothing recorded")
     texts += [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]

@@ -20,10 +20,10 @@ from websockets.exceptions import ConnectionClosed
 
 from pmwvc_view import controls, protocol
 from pmwvc_view.description import NICE, Predictor
-from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ, Request, read
+from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, Request, read
 from pmwvc_view.session import Handled
 from pmwvc_view.simulated import SimulatedSession
-from pmwvc_view.web.access import Access, Allowance, why_refused
+from pmwvc_view.web.access import Access, why_refused
 from pmwvc_view.web.client import MOST_AT_ONCE
 
 
@@ -190,13 +190,13 @@ def test_page_that_floods_is_closed(server):
     assert caught.value.rcvd is None or caught.value.rcvd.code == 1008
 
 
-@given(gaps=st.lists(st.floats(0.0, 0.5), max_size=2000))
-def test_no_more_messages_are_allowed_than_the_rate_and_one_burst(gaps):
-    allowance, now_s, passed = Allowance(MESSAGES_HZ, 0.0), 0.0, 0
-    for gap_s in gaps:
-        now_s += gap_s / 100.0
-        passed += allowance.spend(now_s)
-    assert passed <= MESSAGES_HZ * (1.0 + now_s) + 1.0
+def test_page_that_sends_more_than_a_hand_does_is_closed(server):
+    with server.page() as page:
+        with pytest.raises(ConnectionClosed) as caught:
+            while True:
+                page.send("seen", seq=0)
+        assert caught.value.rcvd.code == 1008
+        assert "more than 500 messages a second" in caught.value.rcvd.reason
 
 
 @given(st.text() | st.recursive(st.none() | st.floats() | st.text(), st.lists).map(json.dumps))

@@ -17,7 +17,7 @@ HEARTBEAT_S = 0.014  # a held target is sent this often, also where it does not 
 SILENCE_S = 0.15  # a hand without a target for this long lets go
 CREDITS = 8  # snapshots that may be sent and not acknowledged
 MESSAGE_BYTES = 4096  # longest message of a page
-MESSAGES_HZ = 500.0  # messages of a page: its mean rate, and as many at once
+MESSAGES_HZ = 500.0  # messages of a page in a second
 LIMITS = {  # as the session message declares them
     "heartbeat_s": HEARTBEAT_S, "silence_s": SILENCE_S, "credits": CREDITS,
     "message_bytes": MESSAGE_BYTES, "messages_hz": MESSAGES_HZ,
