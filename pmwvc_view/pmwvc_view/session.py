@@ -80,9 +80,10 @@ class Session(ABC):
         if position is not None and len(position) == self._scenario.dof:
             users = self._scenario.users
             reach = next(one.device.workspace_m for one in users if one.name == user)
-            self._give(user, [min(max(value, -reach), reach) for value in position])
+            self._places[user] = [min(max(value, -reach), reach) for value in position]
         else:
-            self._give(user, None)
+            self._places[user] = None
+        self._give(user, self._places[user])
 
     @abstractmethod
     def _give(self, user: str, position: Sequence[float] | None) -> None:
@@ -114,17 +115,16 @@ class Session(ABC):
         self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS), live=self._live)
         self._lags = description.lags(scenario, live=self._live)
         self._judge = Judge(self._feed.tape)
+        self._places: dict[str, Sequence[float] | None] = {}  # targets of hands; None: open [m]
         self._text: dict[str, Any] = {}
         self._polls = 0
 
     def _snapshots(
-        self, now_ns: int, places: Mapping[str, Any], others: Mapping[str, Any] | None = None
+        self, now_ns: int, others: Mapping[str, Any] | None = None
     ) -> Sequence[Snapshot]:
-        """Return the snapshots up to now [ns]; ``places`` has the target of every hand by user [m]
-        (None: it is open), ``others`` more values by column.
-        """
-        targets = {f"{user}.target": place for user, place in places.items()}
-        held = {f"{user}.held": place is not None for user, place in places.items()}
+        """Return the snapshots up to now [ns]; ``others``: more values by column."""
+        targets = {f"{user}.target": place for user, place in self._places.items()}
+        held = {f"{user}.held": place is not None for user, place in self._places.items()}
         self._feed.others = {**self._lags, **(others or {}), **targets, **held}
         return self._feed.rows(now_ns)
 

@@ -16,7 +16,6 @@ import numpy as np
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.simulation.traces import UserNotes, stepped_server
@@ -39,17 +38,11 @@ class Simulation(SteppedSession):
         self._feed, self._dof, self.tick, self._stepped = feed, scenario.dof, 0, 0
         self._by_name = {user.settings.name: user for user in self.users}
         self.targets: dict[str, list[Target]] = {}
-        self._newest: dict[str, Target] = {}
         feed.tape.zero(0)
         for name, user in self._by_name.items():
             if user.settings.operator.from_outside:
                 self.targets[name] = []
                 user.device.listen(partial(self._taken, name))
-
-    def give(self, user: str, target: Target) -> None:
-        """Give a hand its newest target [m]; None opens it."""
-        self.targets[user].append(target)
-        self._newest[user] = target
 
     def _taken(self, user: str) -> Sequence[Target]:
         new, self.targets[user] = self.targets[user], []
@@ -77,15 +70,6 @@ class Simulation(SteppedSession):
             rows = [(f.number, f.time_in_ns, f.time_due_ns, f.kind) for f in link.fates]
             self._feed.on_packets(number, np.array(rows, dtype=np.float64).reshape(-1, 4))
             link.fates, link.sent, link.arrived = [], [], []
-
-    def places(self) -> dict[str, Value | None]:
-        """Return the target of every remote hand by user [m]; None: it is open."""
-        found: dict[str, Value | None] = {}
-        for name, user in self._by_name.items():
-            if hand := user.device.remote:
-                followed = self._newest.get(name) if name in self.targets else value(hand.target)
-                found[name] = followed if hand.holding else None
-        return found
 
 
 LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
@@ -128,10 +112,11 @@ class SimulatedSession(Session):
         before = simulation.tick
         simulation.step_to(before + int(self._left_s / tick_s))
         self._left_s -= (simulation.tick - before) * tick_s
-        return self._snapshots(simulation.tick * simulation.tick_ns, simulation.places())
+        return self._snapshots(simulation.tick * simulation.tick_ns)
 
     def _give(self, user: str, position: Sequence[float] | None) -> None:
-        self._simulation.give(user, None if position is None else value(tuple(position)))
+        target = None if position is None else value(tuple(position))
+        self._simulation.targets[user].append(target)
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self.wanted = wanted

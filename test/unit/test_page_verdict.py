@@ -46,15 +46,14 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
     for tick in range(16, 1000 * seconds, 16):
         if targets is not None:
             place = targets(tick * 1e-3)
-            simulation.give("user1", place)
+            simulation.targets["user1"].append(place)
         if change is not None and tick >= 1e3 * change[0]:
             wanted = changed(scenario, dict([change[1:]]))
             following = ramped(scenario, wanted, over_s=PERIOD_S)
             simulation.change(following)
             scenario = following
         simulation.step_to(tick)
-        places = {f"{user}.target": place for user, place in simulation.places().items()}
-        feed.others = {**lags(scenario, live=False), **places}
+        feed.others = lags(scenario, live=False)
         feed.rows(tick * MS)
         if tick % 128 == 0:
             judge.judge(scenario)

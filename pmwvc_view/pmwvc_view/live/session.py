@@ -58,8 +58,7 @@ class LiveSession(Session):
         self.paused = bool(self._graph.values[self._graph.server].get("paused", False))
         if self._feed.tape.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
-        places = {user: hand.position for user, hand in self._hands.items()}
-        return self._snapshots(inlets.now_ns(), places, inlets.round_trips)
+        return self._snapshots(inlets.now_ns(), inlets.round_trips)
 
     def _notes(self) -> list[str]:
         notices = [] if self._graph.emulated else ["The links are not emulated here."]

@@ -182,19 +182,16 @@ def target_message(position: Sequence[float], stamp_ns: int) -> PointStamped:
 
 
 class PublishedHand:
-    """The hand of one user, below the namespace ``topics``; ``position`` is its target while it is
-    closed [m].
-    """
+    """The hand of one user, below the namespace ``topics``."""
 
     def __init__(self, node: Node, topics: str) -> None:
         self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
         self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
-        self.position: Sequence[float] | None = None
-        self._flagged_s = -math.inf
+        self._closed, self._flagged_s = False, -math.inf
 
     def give(self, position: Sequence[float] | None) -> None:
         """Publish a target; None opens the hand."""
-        closed, self.position = self.position is not None, position
+        closed, self._closed = self._closed, position is not None
         if position is None:
             if closed:
                 self._flags.publish(Bool(data=False))
