@@ -14,7 +14,6 @@ from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.ends.server_end import LEAST_M
-from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -29,8 +28,8 @@ CAN = frozenset({"pause", "seek", "speed"})  # which the page does itself
 
 class RecordedSession:
     """The ``rows`` of a session, ``snapshot_s`` apart [s], and its ``packets`` in the order of
-    their sending; ``summary`` has its verdicts, as in ``summary.json``. RecordingError where
-    nothing of the scenario's users was recorded.
+    their sending; ``summary`` has its verdicts, as in ``summary.json``. Something of the
+    scenario's users was recorded.
     """
 
     def __init__(
@@ -39,8 +38,6 @@ class RecordedSession:
     ) -> None:  # fmt: skip
         names = [user.name for user in scenario.users]
         traces = replace(traces, users=[user for user in traces.users if user.name in names])
-        if not traces.users:
-            raise RecordingError("nothing was recorded of the users of its scenario")
         self._traces, self._scenario, self._summary = traces, scenario, summary
         self.layout, self._period_s = Layout(names, scenario.dof), snapshot_s
         self.packets = packets_of(traces, scenario)

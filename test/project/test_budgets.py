@@ -75,11 +75,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_417, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_413, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_409, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_038, 3_000, ("pmwvc_view",)),
+    "page": Room(3_034, 3_000, ("pmwvc_view",)),
 }
 
 

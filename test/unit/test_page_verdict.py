@@ -88,7 +88,7 @@ def test_window_that_holds_the_whole_session_is_judged_as_the_report_judges_it(n
     scenario = load(name, settings_texts=texts, duration_s=float(seconds))
     _, judge, _ = told(name, seconds, texts)
     shown = judge.traces(scenario)
-    report = stability.verdict(until(simulated(scenario), shown.duration_s), scenario)
+    report = stability.verdict(until(simulated(scenario), shown.duration_s - 1e-9), scenario)
     page = stability.verdict(shown, scenario)
     assert (page.stable, page.instability) == (report.stable, report.instability)
     assert page.oscillation_m_s == pytest.approx(report.oscillation_m_s, rel=1e-6)

@@ -62,18 +62,14 @@ def figure(chart: Chart, span: Span | None = None) -> "Figure":
 
 
 def _events(axes: "Axes", events: Sequence[tuple[float, str]]) -> None:
-    """Draw events; those too close for a number each have the first and the last one."""
-    close = CLOSE * float(np.ptp(axes.get_xlim()))
-    together: list[list[tuple[float, str]]] = []
-    for event in events:
-        axes.axvline(event[0], color=LIGHT["soft"], lw=0.7, ls=":")
-        if not together or event[0] - together[-1][0][0] > close:
-            together.append([])
-        together[-1].append(event)
-    for (time_s, number), *others in together:
-        text = f"{number}-{others[-1][1]}" if others else number
-        axes.annotate(text, (time_s, 1.0), xycoords=("data", "axes fraction"),
-                      color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
+    """Draw events; of those too close for a number each the first has one."""
+    close, numbered_s = CLOSE * float(np.ptp(axes.get_xlim())), -math.inf
+    for time_s, number in events:
+        axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
+        if time_s - numbered_s > close:
+            numbered_s = time_s
+            axes.annotate(number, (time_s, 1.0), xycoords=("data", "axes fraction"),
+                          color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
 
 
 def _panel(axes: "Axes", panel: Panel) -> None:
