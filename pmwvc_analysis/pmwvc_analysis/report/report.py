@@ -47,12 +47,12 @@ def render(
     events = numbered(traces)
     loops, predicted = [], []
     if scenario is not None:
-        waves, told = has_waves(scenario.controller), summary["prediction"]
+        waves, model = has_waves(scenario.controller), summary["prediction"]
         for user in scenario.users:
             drawn = drawing(blocks(scenario, user, energies), name=user.name, waves=waves)
             loops.append((user.name, drawn))
         predicted = prediction_text.lines(scenario, live=traces.live)
-        if told["mass_felt"] is None and told["stable"] is not False:
+        if model["mass_felt"] is None and model["stable"] is not False:
             predicted.append(measured_words(scenario))
     chart_data, complete = figure_data(charts, traces, events)
     return filled(
