@@ -40,7 +40,7 @@ class Simulation(SteppedSession):
         self.targets: dict[str, list[Target]] = {}
         feed.tape.zero(0)
         for name, user in self._by_name.items():
-            if user.settings.operator.from_outside:
+            if user.settings.operator.is_remote:
                 self.targets[name] = []
                 user.device.listen(partial(self._taken, name))
 

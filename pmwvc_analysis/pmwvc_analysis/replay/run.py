@@ -158,7 +158,7 @@ def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) 
         if traces.live and not user.device.is_simulated:
             why = "the device was a real one; here its model moves"
             found.append(Inexact(0.0, f"{user.name}: {why}"))
-        led = user.operator.from_outside and user.name in traces.targets
+        led = user.operator.is_remote and user.name in traces.targets
         if led and hands[user.name] == "operator":  # the recorder may get a target later
             why = "the tick at which a target reached the hand was not recorded"
             found.append(Inexact(0.0, f"{user.name}: {why}"))

@@ -38,7 +38,7 @@ class LiveSession(Session):
         self._hands = {
             user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")
             for user in scenario.users
-            if user.operator.from_outside
+            if user.operator.is_remote
         }
         self.remote = list(self._hands)
 
