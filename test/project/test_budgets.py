@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_966,
+        4_098,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
