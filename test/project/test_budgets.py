@@ -75,7 +75,7 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_413, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_412, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_404, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import server_allowance_j
-from pmwvc_analysis.budget.energy import Balance, UserEnergy, server_sums
+from pmwvc_analysis.budget.criterion import Balance, server_allowance_j
+from pmwvc_analysis.budget.energy import UserEnergy, server_sums
 from pmwvc_analysis.traces.thresholds import TOLERANCE_J
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces
