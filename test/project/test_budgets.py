@@ -67,7 +67,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_389,
+        3_257,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -75,11 +75,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_479, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_412, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_404, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_403, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_426, 3_000, ("pmwvc_view",)),
+    "page": Room(3_034, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -56,11 +56,10 @@ def test_the_tables_tell_the_same_in_every_form(compared):
 def test_the_report_holds_its_pictures(compared):
     folder, found = compared
     page = (folder / "comparison.html").read_text("utf-8")
-    assert page.count("data:image/png;base64,") == 5
+    assert page.count("data:image/png;base64,") == 4
     for session in found["sessions"]:
         assert session["label"] in page
     assert (folder / "plots" / "compare_forces.svg").is_file()
-    assert (folder / "plots" / "compare_admittance.png").is_file()
 
 
 def test_a_row_says_how_its_parameters_were_found(tmp_path):

@@ -17,11 +17,6 @@ from pmwvc_core.words import listed, quantity
 CONTROLLER = "controller"
 ALIKE = 0.02  # relative difference below which stiffnesses and masses count as the same
 MOST_NAMED = 8
-SOURCES = {
-    "model": "the exact model",
-    "measured": "the chirp of the session",
-    "press": "a simulated press of 0.5 to 1 N",
-}
 
 
 def conclusion(entries: Sequence[Compared]) -> list[str]:
@@ -50,20 +45,13 @@ def _conditions(entries: Sequence[Compared]) -> str:
         return f"{own.contact_stiffness:g} N/m with {own.contact_damping:g} N s/m"
 
     source = "Live" if entries[0].traces.live else "Simulated"
-    known = (entry.rendered.source for entry in entries if entry.rendered)
-    sources = dict.fromkeys(SOURCES[each] for each in known if each)
-    text = (
+    return (
         f"{source} sessions of {_over(entries, lambda of: f'{of.duration_s:g} s')}, "
         f"{_over(entries, _delay)}, contact {_over(entries, contact)}; one set of hands and "
-        "packet fates. "
-        f"Stiffness, mass and damping are those rendered to {first.users[0].name}"
+        "packet fates. Stiffness, mass and damping are those rendered to "
+        f"{first.users[0].name}. Another task, hand or delay may order the controllers "
+        "differently."
     )
-    if sources:
-        text += f": stiffness at rest from {' or '.join(sources)}"
-    hertz = dict.fromkeys(f"{e.measures['free_hz']:.3g}" for e in _with(entries, "free_hz"))
-    if hertz:
-        text += f", mass and damping in free space from a simulated swing at {_joined(hertz)} Hz"
-    return text + ". Another task, hand or delay may order the controllers differently."
 
 
 def _over(entries: Sequence[Compared], text: Callable[[Scenario], str]) -> str:

@@ -15,10 +15,11 @@ from typing import Any
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.charts.chart_files import payload
+from pmwvc_analysis.compare.probes import measured_words
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.prediction import text as prediction_text
-from pmwvc_analysis.report.loop import blocks, drawing, rendered
+from pmwvc_analysis.report.loop import blocks, drawing
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.verdicts.passivity import budget_lines
@@ -42,12 +43,15 @@ def render(
     """
     traces = replace(traces, events=summary["events"])
     events = numbered(traces)
-    loops = []
+    loops, predicted = [], []
     if scenario is not None:
-        waves = has_waves(scenario.controller)
+        waves, model = has_waves(scenario.controller), summary["prediction"]
         for user in scenario.users:
             drawn = drawing(blocks(scenario, user, energies), name=user.name, waves=waves)
-            loops.append((user.name, drawn, rendered(scenario, user, live=traces.live)))
+            loops.append((user.name, drawn))
+        predicted = prediction_text.lines(scenario, live=traces.live)
+        if model["mass_felt"] is None and model["stable"] is not False:
+            predicted.append(measured_words(scenario))
     chart_data, complete = figure_data(charts, traces, events)
     return filled(
         TEMPLATE,
@@ -57,7 +61,7 @@ def render(
         story=story(traces, scenario, summary),
         budget_lines=budget_lines(energies, summary) if energies else [],
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
-        predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],
+        predicted=predicted,
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],
         chart_data=chart_data, complete=complete,
         parameters=scenario.flat() if scenario else {},
