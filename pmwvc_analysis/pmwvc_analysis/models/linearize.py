@@ -30,7 +30,7 @@ import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.loop import LinearLoop, held, loop_of, put_in
+from pmwvc_analysis.models.loop import LinearLoop, held, loop_of
 from pmwvc_analysis.models.response import placed, reduced
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
@@ -45,12 +45,10 @@ class Linear:
     """The linear model of one loop, or of several side by side, packets under way as states."""
 
     def __init__(self, loop: LinearLoop) -> None:
-        late = put_in(loop)
-        whole = held(late, late.delays > 0)
-        n = len(whole.states)
-        stepped = np.delete(whole.matrix, np.s_[n : n + loop.sent], axis=1)
-        kept, rows = reduced(stepped, placed(whole.states))
-        names = [whole.states[j] for j in kept]
+        states, whole = held(loop)
+        stepped = np.delete(whole, np.s_[len(states) : len(states) + loop.sent], axis=1)
+        kept, rows = reduced(stepped, placed(states))
+        names = [states[j] for j in kept]
         n = self.count = len(kept)
         self.loop, self.ticks = loop, loop.ticks
         self.columns = {name: index for index, name in enumerate(names)}
@@ -77,10 +75,6 @@ class Linear:
         values = np.linalg.eigvals(self.quotient[0][0])
         return complex(values[np.argmax(np.abs(values))])
 
-    def stable(self) -> Flags:
-        """Tell of every run whether it is stable."""
-        return np.asarray(stable(self.radii()))
-
 
 def stable(radius: Any) -> Any:
     """Tell whether spectral radii mean stable: at most 1, but for rounding."""
@@ -97,7 +91,7 @@ def build(scenario: Scenario, *, live: bool = False) -> LinearLoop:
             f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod, along each "
             f"axis), more than {LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
         )
-    return put_in(loop_of(scenario, live=live, outputs=True))
+    return loop_of(scenario, live=live, outputs=True)
 
 
 def spectral_radius(loop: LinearLoop) -> float:
