@@ -43,10 +43,10 @@ from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one difference
-# What a choice changes, by name.
-STRICT = ("master.impedance_matrix", "master.contact_impedance", "server.impedance")
+# What a choice changes, by the beginnings of names, and what is said even where nothing changes.
+IMPEDANCES = ("master.impedance", "master.contact_impedance", "server.impedance")
 SAMPLED = ("master.filter", "master.hold")
-ALWAYS = ("master.filter.kind", "master.hold")  # said even where nothing changes
+ALWAYS = ("master.impedance", "master.filter.kind", "master.hold")
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
 ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
 STABLE, NOT_JUDGED = "stable", "stability not judged"
@@ -76,26 +76,23 @@ class Choice:
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
         """Return what gives a scenario this choice, by name; no impedance that is no number."""
-        found: dict[str, float | str] = {}
         ends = {b for user in scenario.users for b in (user.impedance, user.server_impedance)}
-        names: tuple[str, ...] = STRICT if scenario.strict else (*STRICT, *SAMPLED)
-        if self.as_given and (len(ends) > 1 or isinstance(ends.pop(), MatrixImpedance)):
-            names = names[len(STRICT) :]
-        else:
-            found["master.impedance"] = round(self.impedance, 2)
+        given = self.as_given and (len(ends) > 1 or isinstance(ends.pop(), MatrixImpedance))
+        names = (IMPEDANCES if not given else ()) + (SAMPLED if not scenario.strict else ())
         chosen, default, *before = (
             flattened("master", user.master) | flattened("server", user.contact)
             for user in (self._for(scenario.users[0]), User(""), *scenario.users)
         )
-        for name in sorted(name for name in chosen if name.startswith(names)):
-            value = chosen[name]
-            others = {default[name], *(each[name] for each in before)}
-            if name in ALWAYS or others != {value}:
-                found[name] = "null" if value is None else value
-        return found
+        return {
+            name: "null" if value is None else value
+            for name, value in chosen.items()
+            if name.startswith(names)
+            and (name in ALWAYS or {default[name], *(each[name] for each in before)} != {value})
+        }
 
     def _for(self, user: User) -> User:
-        user = with_impedances(user, self.impedance, None)
+        """Return a user with this choice, impedances to 0.01 N s/m."""
+        user = with_impedances(user, round(self.impedance, 2), None)
         same: dict[str, Any] = {"filter": self.filter, "hold": self.hold}
         touching = self.contact and round(self.contact, 2)
         master = dataclasses.replace(user.master, contact_impedance=touching, **same)
