@@ -78,7 +78,7 @@ ROOMS = {
         2_480, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_206, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_426, 3_000, ("pmwvc_view",)),
 }
 
