@@ -141,7 +141,8 @@ def settled_pace(way: LinkWay, tick_s: float) -> Pace:
     sent, looked = way.sent, way.looked
     ticks, pace, before = math.lcm(sent.period, looked.period), NEW, None
     arrival = (sent.phase + way.delay) % sent.period
-    looks = iter(range(looked.phase, round(SETTLED_S / tick_s), looked.period))
+    end = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
+    looks = iter(range(looked.phase, end, looked.period))
     while pace.burst_s > 0.0 or pace != before:
         before = pace
         for look in itertools.islice(looks, ticks // looked.period):
