@@ -53,7 +53,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_650, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        4_041,
+        4_017,
         3_500,
         inside(
             "pmwvc_analysis",

@@ -61,36 +61,6 @@ class LinearLoop(NamedTuple):
         return np.asarray(turned * np.eye(len(rows)) - rows[:, : len(rows)])
 
 
-class System(NamedTuple):
-    """A linear system with n states, [A, B; C, D]."""
-
-    matrix: Array
-    n: int
-
-    def poles(self) -> Complex:
-        """Return the eigenvalues of A."""
-        return np.asarray(np.linalg.eigvals(self.matrix[: self.n, : self.n]).astype(complex))
-
-    @property
-    def growth(self) -> float:
-        """The length of the longest eigenvalue of A; 0 without a state."""
-        return float(np.abs(self.poles()).max(initial=0.0))
-
-    def angles_near(self, width: Array, widths: Array) -> Array:
-        """Return angles so many widths [rad] before and behind that of every pole."""
-        steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
-        return np.ravel(np.abs(np.angle(self.poles()))[:, np.newaxis] + steps)
-
-    def response(self, z: Complex) -> Complex:
-        """Return what goes out per what comes in ``(points, outputs, inputs)`` at points of the
-        z-plane.
-        """
-        n, whole = self.n, self.matrix
-        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(n) - whole[:n, :n]
-        driven = np.linalg.solve(resolvent, whole[:n, n:].astype(np.complex128))
-        return np.asarray(whole[n:, :n] @ driven + whole[n:, n:])
-
-
 def loop_of(*runs: Scenario, live: bool = False, outputs: bool = False) -> LinearLoop:
     """Return the loop of scenarios that differ in what is :func:`.variation.stackable`; ``live``
     takes the phases of a live session instead of the simulator's. NonlinearError if something is

@@ -51,7 +51,7 @@ NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
 ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
 STABLE, NOT_JUDGED = "stable", "stability not judged"
 LEAST_S, LONGEST_S = 4.0, 12.0  # of a session that is simulated
-USER_TICKS = 48_000  # that may be simulated: some 1 s
+USER_TICKS = 48_000  # that are simulated, if the session is not too short then: some 1 s
 COUPLED = 8  # of them for a tick with axes that are coupled
 
 
@@ -196,25 +196,21 @@ def _ratio(felt: float | None, ideal: float | None, more: float) -> float | None
     return max((felt + more) / (ideal + more), 1e-9) if felt else None
 
 
-def session_of(scenario: Scenario) -> Scenario | None:
+def session_of(scenario: Scenario) -> Scenario:
     """Return the session that a choice is judged by, of equal axes the one along which hands
-    press; None where that is too much work.
+    press.
     """
     if axes_of(scenario) == 1:
         task = dataclasses.replace(scenario.task, sideways_m=0.0)
         scenario = dataclasses.replace(scenario, dof=1, task=task)
     ticks = USER_TICKS / len(scenario.users) / (COUPLED if scenario.dof > 1 else 1)
-    longest_s = min(LONGEST_S, ticks * scenario.tick_s)
-    if longest_s < min(LEAST_S, scenario.duration_s):
-        return None
-    return dataclasses.replace(scenario, duration_s=min(scenario.duration_s, longest_s))
+    longest_s = min(LONGEST_S, max(LEAST_S, ticks * scenario.tick_s), scenario.duration_s)
+    return dataclasses.replace(scenario, duration_s=longest_s)
 
 
 def judged(scenario: Scenario, row: Rating) -> Rating:
     """Return the rating of a choice with the verdicts of its session in virtual time."""
     session = session_of(row.choice.applied(scenario))
-    if session is None:
-        return row
     traces = simulate_one(session)
     found, ports = verdict(traces, session), passivity.passivity(traces, session, None)
     owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)

@@ -95,7 +95,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     passive = {key: row for key, row in usable.items() if row.passive} or usable
     for key, row in _tries(scenario, passive, bounds, live=live):
         best_key, best = key, criteria.judged(scenario, row)
-        if best.simulated in (criteria.STABLE, None):
+        if best.simulated == criteria.STABLE:
             break
     else:
         raise PmwvcError(
