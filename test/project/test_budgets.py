@@ -53,7 +53,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_650, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_972,
+        3_962,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -77,7 +77,7 @@ ROOMS = {
     "figures and reports": Room(
         2_480, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_205, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_203, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_426, 3_000, ("pmwvc_view",)),
 }

@@ -33,7 +33,7 @@ def test_stability_answers_with_documented_keys(pmwvc):
 def test_stability_without_a_limit_is_null_in_json_and_stated_in_words(pmwvc):
     words = ("stability", "carry_16ms", *FIRST_ORDER)
     assert json.loads(pmwvc(*words, "--json").stdout)["k_max"] is None
-    assert "stable at every contact stiffness up to 1e+06 N/m" in pmwvc(*words).stdout
+    assert "stable at every contact stiffness up to 1,000,000 N/m" in pmwvc(*words).stdout
 
 
 def test_the_z_width_is_that_of_each_damping_and_only_of_a_linear_scenario(pmwvc):

@@ -99,14 +99,8 @@ def sentences(found: dict[str, Any]) -> list[str]:
             if rate and not (rate > 0.0 and found["stable"])  # slower than what counts as growth
             else f"  dominant mode: {mode}, neither grows nor decays"
         )
-    if found["k_max_unknown"]:
-        lines.append(f"  largest stable contact stiffness: {found['k_max_unknown']}")
-    elif found["k_max"] is None:
-        lines.append(f"  stable at every contact stiffness up to {found['k_max_bound']:g} N/m")
-    elif found["k_max"] == 0.0:
-        lines.append("  unstable at every contact stiffness")
-    else:
-        lines.append(f"  largest stable contact stiffness: {found['k_max']:.1f} N/m")
+    limit = (found[name] for name in ("k_max", "k_max_bound", "islands", "k_max_unknown"))
+    lines.append(f"  {stability.StabilityLimit(*limit).text}")
     lines += [f"  stable again from {low:.1f} to {high:.1f} N/m" for low, high in found["islands"]]
     lines.append(
         f"  model: {count(found['states'], 'state')}, hyperperiod of "

@@ -51,6 +51,17 @@ class StabilityLimit(NamedTuple):
     islands: list[tuple[float, float]]  # stable ranges above
     unknown: str = ""  # why it is not known
 
+    @property
+    def text(self) -> str:
+        """The limit in words."""
+        if self.unknown:
+            return f"largest stable contact stiffness: {self.unknown}"
+        if self.first is None:
+            return f"stable at every contact stiffness up to {self.bound:,.0f} N/m"
+        if self.first == 0.0:
+            return "unstable at every contact stiffness"
+        return f"largest stable contact stiffness: {self.first:.1f} N/m"
+
 
 def radii(*runs: Scenario, live: bool = False) -> Array:
     """Return the spectral radii ``(runs,)`` over the hyperperiod of scenarios that differ in what

@@ -77,13 +77,11 @@ def _z_width(scenario: "Scenario", arguments: argparse.Namespace, bound: float) 
     dampings = arguments.damping
     with doing("computing the Z-width"):
         limits = z_width(scenario, dampings, live=arguments.live, bound=bound)
-    print(f"{scenario.name}: largest stable contact stiffness")
+    print(f"{scenario.name}: Z-width")
     rows = []
     for b, limit in zip(dampings, limits, strict=True):
         rows.append({"damping": b, "k_max": limit.first, "k_max_unknown": limit.unknown})
-        first = f"none up to {bound:g} N/m is unstable"
-        first = first if limit.first is None else f"{limit.first:.0f} N/m"
-        print(f"  B = {b:g} N s/m: {limit.unknown or first}")
+        print(f"  B = {b:g} N s/m: {limit.text}")
     return cli.Result(document={"scenario": scenario.name, "z_width": rows})
 
 
