@@ -57,16 +57,6 @@ def with_stiffness(scenario: Scenario, stiffness: float) -> Scenario:
     return changed(scenario, users=tuple(users))
 
 
-def with_impedances(user: User, master: float, server: float | None) -> User:
-    """Return a user with numbers as impedances of both ends, None: that of the other [N s/m]."""
-    none: dict[str, Any] = {"impedance_matrix": ""}
-    return changed(
-        user,
-        master=changed(user.master, impedance=master, **none),
-        contact=changed(user.contact, impedance=server, **none),
-    )
-
-
 def user_at_rest(scenario: Scenario, dof: int, answer_tick: int, fed: bool) -> tuple[Any, Any]:
     """Return state and parameters of the first user's force loop and device, with exact positions;
     with a position feedback, be it of no gain, where ``fed``.

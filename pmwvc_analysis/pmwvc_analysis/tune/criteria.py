@@ -29,9 +29,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.linear import axes_of, outside, relative
 from pmwvc_analysis.models.linearize import stable
-from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendering, transparency, untouched
 from pmwvc_analysis.verdicts import passivity
@@ -92,11 +92,13 @@ class Choice:
 
     def _for(self, user: User) -> User:
         """Return a user with this choice, impedances to 0.01 N s/m."""
-        user = with_impedances(user, round(self.impedance, 2), None)
-        same: dict[str, Any] = {"filter": self.filter, "hold": self.hold}
-        touching = self.contact and round(self.contact, 2)
-        master = dataclasses.replace(user.master, contact_impedance=touching, **same)
-        return dataclasses.replace(user, master=master)
+        master = dataclasses.replace(
+            user.master, impedance=round(self.impedance, 2), impedance_matrix="",
+            contact_impedance=self.contact and round(self.contact, 2), filter=self.filter,
+            hold=self.hold,
+        )  # fmt: skip
+        contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
+        return dataclasses.replace(user, master=master, contact=contact)
 
     def applied(self, scenario: Scenario) -> Scenario:
         """Return the scenario with this choice for every user, the same at both ends."""
@@ -142,7 +144,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         k_ideal, mass_ideal = found.ideal.k_felt, found.ideal.mass_felt
         k_ideal = k_ideal if k_ideal is not None else float(user.contact.contact_stiffness) or None
         mass_ideal = mass_ideal if mass_ideal is not None else float(user.device.mass) or None
-    noise, cost = noise_n(scenario, choice.impedance), None
+    noise, cost, proof = noise_n(scenario, choice.impedance), None, any_delay(chosen)
     k_ratio = _ratio(own.k_felt, k_ideal, 0.0)
     m_ratio = _ratio(own.mass_felt, mass_ideal, float(user.operator.mass))
     if k_ratio and m_ratio and not own.k_felt is own.mass_felt is None:
@@ -150,7 +152,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     return Rating(
         choice=choice, stable=stable(max(in_touch, free)), spectral_radius=in_touch,
         free_radius=free, linear=linear, live=live,
-        passive=prediction.passive(chosen),
+        passive=proof is not None and proof.proved,
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),
         k_felt=own.k_felt, k_ideal=k_ideal, mass_felt=own.mass_felt, mass_ideal=mass_ideal,
