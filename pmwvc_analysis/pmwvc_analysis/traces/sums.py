@@ -6,10 +6,10 @@ set, intervals [s], the part above a frequency. An unknown number is None, never
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from pmwvc_analysis.traces.thresholds import FINAL_S
 from pmwvc_core.account import continued
@@ -100,19 +100,39 @@ def beyond(values: Array, period_s: float, band_hz: float) -> Array:
     """Return the part of a signal ``(row, ...)`` above a frequency: a Butterworth high pass of
     order 4 forwards and backwards, without phase, by its response f^8/(f^8 + band^8).
 
-    The ends are continued by reflection in their last point, so that they do not ring; behind the
-    end as far as makes a length that is transformed fast.
+    Its ends are continued by reflection in its last point: a force that ends in a slope goes on.
+    """
+    return _analytic(values, period_s, band_hz, "odd").real
+
+
+def powers(values: Array, period_s: float, band_hz: float) -> tuple[Array, Array]:
+    """Return the power of a signal ``(row, dof)`` beyond a frequency and within it, row by row.
+    Beyond it, half of the square of the envelope: it has no ripple at twice the frequency of an
+    oscillation.
+
+    The ends are mirrored, which keeps the mean: an oscillation ends anywhere in its cycle, and
+    reflected in that point it would swing about it.
+    """
+    fast = _analytic(values, period_s, band_hz, "even")
+    slow = values - fast.real
+    return 0.5 * np.sum(np.abs(fast) ** 2, axis=-1), np.sum(slow**2, axis=-1)
+
+
+def _analytic(
+    values: Array, period_s: float, band_hz: float, ends: Literal["odd", "even"]
+) -> Array:
+    """Return the part above a frequency, and as imaginary part the same a quarter of a cycle
+    later. Behind the end it goes on as far as makes a length that is transformed fast.
     """
     rows = len(values)
     if band_hz * period_s >= HIGHEST or rows < 30:
-        return np.zeros_like(values)
+        return np.zeros_like(values, complex)
     pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
-    before = 2.0 * values[:1] - values[pad:0:-1]
-    fast = next_fast_len(rows + 2 * pad, real=True) - rows - pad
-    after = 2.0 * values[-1:] - values[-2 : -min(fast, rows - 1) - 2 : -1]
-    whole = np.concatenate([before, values, after])
-    ratio = np.fft.rfftfreq(len(whole), period_s) / band_hz
+    count = next_fast_len(rows + 2 * pad, real=True)
+    wide = [(pad, count - rows - pad), *[(0, 0)] * (values.ndim - 1)]
+    whole = np.pad(values, wide, "reflect", reflect_type=ends)
+    ratio = rfftfreq(count, period_s) / band_hz
     passed = ratio**8 / (1.0 + ratio**8)
     spectrum = rfft(whole, axis=0) * passed.reshape(-1, *[1] * (values.ndim - 1))
-    found: Array = irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
-    return found
+    both = irfft(spectrum, count, axis=0) + 1j * irfft(-1j * spectrum, count, axis=0)
+    return np.asarray(both[pad : pad + rows])

@@ -19,7 +19,7 @@ import numpy as np
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import bands, closed_s, encoder_noise_m_s
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.traces.sums import beyond, spans
+from pmwvc_analysis.traces.sums import powers, spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -146,10 +146,8 @@ def _levels(motion: Motion, pieces: list[slice]) -> list[tuple[Array, Array, Arr
 
     found = []
     for piece in pieces:
-        velocity = motion.velocity[piece]
-        fast = beyond(velocity, motion.period_s, motion.band_hz)
-        squares = (np.sum(part * part, axis=-1) for part in (fast, velocity - fast))
-        loud, slow = (np.sqrt(means(each)) for each in squares)
+        both = powers(motion.velocity[piece], motion.period_s, motion.band_hz)
+        loud, slow = (np.sqrt(means(each)) for each in both)
         found.append((means(motion.time_s[piece]), loud, slow))
     return found
 
