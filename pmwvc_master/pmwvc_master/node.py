@@ -20,7 +20,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from pmwvc_core.controllers.library import has_waves, record_of
-from pmwvc_core.frame import LATE_NS
+from pmwvc_core.law.user_tick import LATE_NS
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import hold_memory

@@ -48,7 +48,7 @@ class Simulation:
         self.targets: dict[str, list[Target]] = {}
         self._newest: dict[str, Target] = {}
         for name, user in self._users.items():
-            if user.settings.operator.from_outside:
+            if user.settings.operator.is_remote:
                 self.targets[name] = []
                 user.device.listen(partial(self._taken, name))
 

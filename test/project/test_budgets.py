@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_544,
+        3_348,
         2_500,
         inside(
             "pmwvc_core",
@@ -42,7 +42,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_914,
+        4_869,
         4_700,
         (
             *inside(
@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_948,
+        4_098,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -77,7 +77,7 @@ ROOMS = {
     "figures and reports": Room(
         2_480, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_203, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_198, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_426, 3_000, ("pmwvc_view",)),
 }

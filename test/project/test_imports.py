@@ -31,7 +31,7 @@ CORE = {
     "plugins": {"errors"},
     "traces": {"numeric"},
     "law": set(),
-    "compiled": {"law"},
+    "compiled": {"law", "unrolled"},
     "unrolled": {"law"},
     "wave": {"account", "errors", "numeric", "params"},
     "transport": {"account", "errors", "numeric", "params", "wave"},

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from faults.sessions import DAMPED_S, PEAK, Carried
 from pmwvc_analysis.traces.thresholds import BLOW_N
+from pmwvc_core.law.channel.constants import OUTAGE_S
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE, TABLE = DOCS / "outages.md", DOCS / "outages.csv"
@@ -44,7 +45,8 @@ of the three; [outages.csv](outages.csv) has them separately.
   of force within 1 ms (from {step:g} N on felt as a blow). *Half*: time with less than half of the
   undisturbed force.
 * *Damping*: time from the last packet sent until all devices and avatars have only damping
-  (allowed 100 ms). If one direction is lost, the receiving end learns it one delay later.
+  (allowed {damped:g} ms), of outages longer than {concealed:g} ms; shorter ones are concealed.
+  If one direction is lost, the receiving end learns it one delay later.
 
 Bold: more than allowed. Every port was passive in {passive} of {count} sessions.
 
@@ -86,7 +88,7 @@ def tried(case: Case) -> Seen:
         settings.append(f"{WAYS[way]}.schedule={BEGIN_S:g} outage; {BEGIN_S + length_s:g} base")
     session = Carried((*settings, f"duration_s={end_s + 4.0:g}"))
     soon_m, late_m = (session.offset_m(end_s + k, end_s + k + 1.0) for k in (1.0, 3.0))
-    damped_s = session.damped_s(begin_s) if length_s else (0.0, 0.0)
+    damped_s = session.damped_s(begin_s) if length_s >= OUTAGE_S else (0.0, 0.0)
     users = session.summary["users"]
     step_n = max(user["force_step_max_n"] for user in users)
     below_half_s = max(user["dropout_s"] or 0.0 for user in users)
@@ -180,7 +182,8 @@ def main() -> None:
 
 def page(rows: list[str], passive: int, count: int) -> str:
     """Return the text of the page."""
-    head = HEAD.format(peak=PEAK, step=BLOW_N, passive=passive, count=count)
+    limits = {"peak": PEAK, "step": BLOW_N, "damped": 1e3 * DAMPED_S, "concealed": 1e3 * OUTAGE_S}
+    head = HEAD.format(**limits, passive=passive, count=count)
     return (
         "\n".join([head + f"| {' | '.join(TITLES)} |", "|---" * len(TITLES) + "|", *rows]) + "\n"
     )

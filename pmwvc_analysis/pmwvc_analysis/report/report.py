@@ -21,8 +21,7 @@ from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report.loop import blocks, drawing, rendered
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_analysis.report.story import story
-from pmwvc_analysis.traces.stages import until
-from pmwvc_analysis.verdicts.passivity import budget_lines, passivity
+from pmwvc_analysis.verdicts.passivity import budget_lines
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -41,7 +40,6 @@ def render(
     ``pictures`` are the figures' PNG files by name, ``folder`` is the session's, for the command
     that plays it on the page, ``replay`` the page's file beside the report.
     """
-    found = passivity(until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
     events = numbered(traces)
     loops = []
@@ -57,7 +55,7 @@ def render(
         description=scenario.description if scenario else "",
         folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
         story=story(traces, scenario, summary),
-        budget_lines=budget_lines(energies, found) if energies else [],
+        budget_lines=budget_lines(energies, summary) if energies else [],
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
         predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],

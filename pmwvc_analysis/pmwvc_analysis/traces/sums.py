@@ -85,17 +85,6 @@ def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
     return [(int(each[0]), int(each[-1])) for each in np.split(rows, breaks) if len(each)]
 
 
-def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return intervals in the order of time, overlapping ones as one."""
-    found: list[tuple[float, float]] = []
-    for start_s, end_s in sorted(intervals):
-        if found and start_s <= found[-1][1]:
-            found[-1] = (found[-1][0], max(found[-1][1], end_s))
-        else:
-            found.append((start_s, end_s))
-    return found
-
-
 def beyond(values: Array, period_s: float, band_hz: float) -> Array:
     """Return the part of a signal ``(row, ...)`` above a frequency: a Butterworth high pass of
     order 4 forwards and backwards, without phase, by its response f^8/(f^8 + band^8).

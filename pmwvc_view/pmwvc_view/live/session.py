@@ -40,7 +40,7 @@ class LiveSession(Session):
         self._hands = {
             user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")
             for user in scenario.users
-            if user.operator.from_outside
+            if user.operator.is_remote
         }
 
     def _remote(self) -> Sequence[str]:
