@@ -94,19 +94,16 @@ def _entry(one: Combination, traces: SessionTraces, below: str) -> Compared:
 
 
 def report(
-    folder: Path, title: str, entries: Sequence[Compared], console: Console, *, notes: list[str],
-    figures: bool = True,
-) -> Result:  # fmt: skip
-    """Write tables and report, print table and notes; the document is ``comparison.json``."""
-    about = {"kind": "comparison", "lead": "", "notes": notes}
+    folder: Path, title: str, entries: Sequence[Compared], console: Console, *, figures: bool
+) -> Result:
+    """Write tables and report, print the table; the document is ``comparison.json``."""
+    about = {"kind": "comparison", "lead": "", "notes": []}
     with doing("writing the report"):
         found = write(folder, title, entries, about, figures=figures)
-    return print_report(folder, [*lines(found), *notes], console, figures=figures)
+    return print_report(folder, lines(found), console, figures=figures)
 
 
-def print_report(
-    folder: Path, texts: Sequence[str], console: Console, *, figures: bool = True
-) -> Result:
+def print_report(folder: Path, texts: Sequence[str], console: Console, *, figures: bool) -> Result:
     """Print lines and where the report is; the document is ``comparison.json``."""
     for line in [*texts, f"report: {folder / PAGE}" if figures else f"numbers: {folder / JSON}"]:
         console.print(line, markup=False)

@@ -74,13 +74,6 @@ def test_a_row_says_how_its_parameters_were_found(tmp_path):
         assert summary["parameters"][name] == value  # what was simulated
 
 
-def test_what_was_left_out_is_printed(tmp_path):
-    words = ["active_wall", "--controllers", "waves,tdpa", "--duration", "1", "--out", "all"]
-    result = pmwvc("compare", *words, "--no-figures", cwd=tmp_path)
-    assert result.returncode == 0, result.stderr
-    assert result.stdout.count("\nLeft out: tdpa: ") == 1
-
-
 def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
     folder, found = compared
     place = folder / found["sessions"][0]["folder"]
@@ -98,6 +91,8 @@ def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
     [
         ("compare carry_0ms --over server.couplin=implicit", ["server.coupling?"]),
         ("compare carry_0ms --controllers pmwvc,drect", ["drect"]),
+        ("compare carry_0ms --controllers pmwvc --over controller=direct", ["is given twice"]),
+        ("compare active_wall --controllers pmwvc,tdpa", ["needs controller = pmwvc (tdpa"]),
         ("replay nowhere", ["there is no such session folder"]),
         ("replay .", ["holds no scenario.yaml"]),
         (

@@ -33,7 +33,8 @@ def silent(ratio):
 def test_parameters_that_are_given_are_kept(controller):
     name = f"baseline.{controller}.damping"
     for texts in ([f"{name}=2.5"], [f"{name}={DEFAULTS[controller].damping}"]):
-        (only,) = combinations("carry_16ms", [], controllers=[controller], settings_texts=texts)
+        texts = [f"controller={controller}", *texts]
+        (only,) = combinations("carry_16ms", [], settings_texts=texts)
         kept, words = tuned(only.scenario, silent, given=only.given)
         assert kept == only.scenario
         assert words.startswith(GIVEN)

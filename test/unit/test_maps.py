@@ -5,7 +5,6 @@
 import csv
 import functools
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from pmwvc_analysis.figures.model_charts import stability_map as draw
 from pmwvc_analysis.maps.maps import (
     Grid,
     MapAxis,
-    MapPoint,
     boundary_of,
     compute,
     growth_per_s,
@@ -74,36 +72,19 @@ def test_processes_change_nothing():
 
 def test_every_file_holds_the_same_map(tmp_path):
     of, radius = grid(), computed()
-    measured = [MapPoint("one", 500.0, 0.008, True), MapPoint("two", 2900.0, 0.016, False)]
-    write_data(tmp_path, of, radius, measured)
-    draw(tmp_path, of, radius, measured)
+    write_data(tmp_path, of, radius)
+    draw(tmp_path, of, radius)
     with np.load(tmp_path / "map.npz") as stored:
         np.testing.assert_array_equal(stored["spectral_radius"], radius)
     np.testing.assert_array_equal(loadmat(tmp_path / "map.mat")["spectral_radius"], radius)
     content = json.loads((tmp_path / "map.json").read_text())
     assert content["spectral_radius"] == radius.tolist()
-    assert [entry["stable"] for entry in content["sessions"]] == [True, False]
     with (tmp_path / "map.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["spectral_radius"]) for row in rows] == radius.ravel().tolist()
     assert {row["stable"] for row in rows} == {"0", "1"}
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert "<svg" in (tmp_path / "map.svg").read_text()
-
-
-def test_without_dask_the_message_names_the_remedy(monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(PmwvcError, match="leave --dask out"):
-        compute(grid(), dask="tcp://127.0.0.1:1")
-
-
-def test_a_dask_cluster_computes_the_same():
-    distributed = pytest.importorskip("distributed", reason="the optional Dask is not installed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None
-    ) as cluster:
-        found = compute(grid(), dask=cluster.scheduler_address)
-    np.testing.assert_array_equal(found, computed())
 
 
 def test_a_period_that_is_no_multiple_of_the_tick_is_refused_before_anything_is_computed():
