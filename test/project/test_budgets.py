@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_348,
+        3_333,
         2_500,
         inside(
             "pmwvc_core",
@@ -53,7 +53,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_650, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        4_605,
+        3_993,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -75,10 +75,10 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_412, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_402, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_403, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "command line": Room(3_198, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_034, 3_000, ("pmwvc_view",)),
 }
 

@@ -5,6 +5,7 @@
 import csv
 import functools
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -85,6 +86,21 @@ def test_every_file_holds_the_same_map(tmp_path):
     assert {row["stable"] for row in rows} == {"0", "1"}
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert "<svg" in (tmp_path / "map.svg").read_text()
+
+
+def test_without_dask_the_message_names_the_remedy(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(PmwvcError, match="leave --dask out"):
+        compute(grid(), dask="tcp://127.0.0.1:1")
+
+
+def test_a_dask_cluster_computes_the_same():
+    distributed = pytest.importorskip("distributed", reason="the optional Dask is not installed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        found = compute(grid(), dask=cluster.scheduler_address)
+    np.testing.assert_array_equal(found, computed())
 
 
 def test_a_period_that_is_no_multiple_of_the_tick_is_refused_before_anything_is_computed():

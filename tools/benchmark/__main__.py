@@ -3,7 +3,6 @@
 """Run the benchmark and write its page and picture: ``python -m benchmark [SIZE]``."""
 
 import argparse
-import os
 import sys
 import time
 from pathlib import Path
@@ -33,11 +32,12 @@ def main() -> int:
     )
     parser.add_argument("--seed", type=int, default=1, help="of search, hands and packets")
     parser.add_argument("--workers", type=int, help="processes (all cores)")
+    parser.add_argument("--dask", metavar="ADDRESS", help="of a Dask scheduler to compute on")
     parser.add_argument("--folder", type=Path, default=Path("sessions/benchmark"))
     options = parser.parse_args()
     plan: Plan | networks.Plan = (PLANS | SWEEPS)[options.size]
     try:
-        at_once = options.workers or os.cpu_count() or 1
+        at_once = estimate.cores(options.workers, options.dask)
         print(f"{options.size}: {estimate.words(plan, at_once)}", flush=True)
         began = time.monotonic()
         page = _run(plan, options)
@@ -58,6 +58,7 @@ def _run(plan: Plan | networks.Plan, options: argparse.Namespace) -> Path:
         kept = Kept(
             options.folder,
             workers=options.workers,
+            dask=options.dask,
             done=lambda number: progress.advance(bar, number),
         )
         if isinstance(plan, Plan):

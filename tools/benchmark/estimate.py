@@ -2,15 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The duration of a plan on some cores, from what one session took on the machine of the tests."""
 
+import os
+
 from benchmark import networks
 from benchmark.study import Plan
 from benchmark.walls import GRID
+from pmwvc_analysis.maps.workers import dask_cores
 from pmwvc_core.words import count
 
 COMPILING_S = 45.0  # the laws of a method at three kinds of tasks
 SESSION_S, INTERPRETED_S = 0.04, 0.7  # with what is measured of it
 SWEPT_S = 1.2  # of a minute, compiled
 PLAN_S = 0.15  # the fates of all packets on a network
+
+
+def cores(workers: int | None, dask: str | None) -> int:
+    """Return how many sessions run at once."""
+    return dask_cores(dask) if dask is not None else workers or os.cpu_count() or 1
 
 
 def words(plan: Plan | networks.Plan, at_once: int) -> str:

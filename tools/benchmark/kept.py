@@ -36,7 +36,7 @@ class Kept:
     ----------
     folder
         Where they are.
-    workers
+    workers, dask
         As for :func:`pmwvc_analysis.maps.workers.finished`.
     done
         Called with the number of items that are finished.
@@ -47,10 +47,11 @@ class Kept:
         folder: Path | None = None,
         *,
         workers: int | None = None,
+        dask: str | None = None,
         done: Callable[[int], None] = lambda number: None,
     ) -> None:
         self._path = folder / FILE if folder else None
-        self._workers, self._done = workers, done
+        self._workers, self._dask, self._done = workers, dask, done
         self._known: dict[str, Mapping[str, Any]] = {}
         if self._path is not None:
             self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -81,7 +82,7 @@ class Kept:
             if item not in known:
                 missing.setdefault(together(item), []).append(item)
         parts = [tuple(part) for part in missing.values()]
-        for part, results in finished(work, parts, workers=self._workers):
+        for part, results in finished(work, parts, workers=self._workers, dask=self._dask):
             for item, result in zip(part, results, strict=True):
                 self._keep(_name(item), dataclasses.asdict(result))  # type: ignore[call-overload]
             self._done(len(part))
@@ -90,7 +91,7 @@ class Kept:
     def prepare(self, work: Callable[[tuple[T, ...]], object], items: Sequence[T]) -> None:
         """Do some work of which nothing is kept, each item by itself."""
         parts = [(item,) for item in items]
-        for _ in finished(work, parts, workers=self._workers):
+        for _ in finished(work, parts, workers=self._workers, dask=self._dask):
             pass
 
     def finished(self, items: Sequence[T], kind: type[R]) -> dict[T, R]:

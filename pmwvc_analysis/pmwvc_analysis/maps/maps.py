@@ -3,8 +3,8 @@
 """Stability maps over any two parameters: spectral radii on a grid, and as files.
 
 Points whose parameters may differ within a scenario (all numbers but delays and periods) are
-computed as one batch. Batches are independent, so they can be computed by several processes with
-the same result.
+computed as one batch. Batches are independent, so they can be computed by several processes, or by
+a Dask cluster, with the same result.
 """
 
 import json
@@ -78,6 +78,7 @@ def compute(
     grid: Grid,
     *,
     workers: int | None = None,
+    dask: str | None = None,
     done: Callable[[Points], None] = lambda points: None,
 ) -> Array:
     """Return the spectral radii of a map ``(rows, columns)``, computed as
@@ -90,7 +91,7 @@ def compute(
             for value in one.values:
                 varied(along, one.name, value)  # before any time is spent
     radius, left = np.full(grid.shape, np.nan), grid.batches()
-    for points, values in finished(partial(batch, grid), left, workers=workers):
+    for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
         done(points)
     return radius
