@@ -25,6 +25,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import cell
 
+CONDITION = "Another task, hand, contact or delay may order these controllers differently."
+
 
 def folder_of(number: int, one: Combination) -> str:
     """Return the folder of a session below that of the comparison."""
@@ -97,10 +99,10 @@ def report(
     folder: Path, title: str, entries: Sequence[Compared], console: Console, *, figures: bool
 ) -> Result:
     """Write tables and report, print the table; the document is ``comparison.json``."""
-    about = {"kind": "comparison", "lead": "", "notes": []}
+    about = {"kind": "comparison", "lead": "", "notes": [CONDITION]}
     with doing("writing the report"):
         found = write(folder, title, entries, about, figures=figures)
-    return print_report(folder, lines(found), console, figures=figures)
+    return print_report(folder, [*lines(found), CONDITION], console, figures=figures)
 
 
 def print_report(folder: Path, texts: Sequence[str], console: Console, *, figures: bool) -> Result:
@@ -133,4 +135,4 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         ]
         tuning = f" ({session['tuning']})" if session["tuning"] else ""
         table.append(f"{session['label']:{width}}  {', '.join(texts) or 'none'}{tuning}")
-    return [*table, *found["conclusion"]]
+    return table

@@ -75,9 +75,9 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_402, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_252, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_198, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_200, 3_200, ("pmwvc_bringup",)),
     "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_034, 3_000, ("pmwvc_view",)),
 }
