@@ -62,7 +62,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_098,
+        4_093,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

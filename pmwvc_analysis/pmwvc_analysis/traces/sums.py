@@ -37,18 +37,13 @@ def number(value: Any) -> float | None:
 def final(
     values: Array, time_s: Array, end_s: float, reduced: Any = np.mean
 ) -> float | list[float | None] | None:
-    """Return the mean over the 0.5 s before ``end_s``: a number for one axis, a list for several;
-    None when there is nothing.
+    """Return the mean, or what else an axis is ``reduced`` to, of the 0.5 s before ``end_s``: a
+    number for one axis, a list for several; None when there is nothing.
     """
     rows = values[(time_s >= end_s - FINAL_S - 1e-9) & (time_s <= end_s + 1e-9)]
     rows = rows if len(rows) else np.full((1, values.shape[-1]), np.nan)
     numbers = [number(value) for value in np.atleast_1d(reduced(rows, axis=0))]
     return numbers[0] if len(numbers) == 1 else numbers
-
-
-def swing(values: Array, time_s: Array, end_s: float) -> float | list[float | None] | None:
-    """Return largest less smallest value of the 0.5 s before ``end_s``, per axis."""
-    return final(values, time_s, end_s, np.ptp)
 
 
 def rms(values: Array) -> float | None:

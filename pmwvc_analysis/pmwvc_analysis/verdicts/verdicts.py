@@ -17,7 +17,7 @@ from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.stages import stages, until
-from pmwvc_analysis.traces.sums import final, number, percentiles, rms, swing
+from pmwvc_analysis.traces.sums import final, number, percentiles, rms
 from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
@@ -138,7 +138,7 @@ def _user(
         else None,
         "coherency_rms_m": rms(away.error) if away else None,
         "drift_m": final(away.error, away.time_s, end_s) if away else None,
-        "drift_change_m": swing(away.error, away.time_s, end_s) if away else None,
+        "drift_change_m": final(away.error, away.time_s, end_s, np.ptp) if away else None,
         "kept_apart_m": final(away.kept, away.time_s, end_s) if away else None,
         **_ticks(user),
         "lateness_us": percentiles(user.lateness_s, 1e6),
