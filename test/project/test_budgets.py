@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_348,
+        3_333,
         2_500,
         inside(
             "pmwvc_core",
@@ -54,7 +54,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_650, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        4_605,
+        3_993,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -63,12 +63,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_966,
+        4_093,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_389,
+        3_257,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -76,11 +76,11 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_480, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_252, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_404, 3_200, ("pmwvc_bringup",)),
-    "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_426, 3_000, ("pmwvc_view",)),
+    "command line": Room(3_200, 3_200, ("pmwvc_bringup",)),
+    "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_034, 3_000, ("pmwvc_view",)),
 }
 
 
