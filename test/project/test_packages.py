@@ -29,7 +29,7 @@ DEVICES = {
     "simulated": "pmwvc_master.devices.simulated:SimulatedDevice",
     "ros_topic": "pmwvc_master.devices.ros_topic:RosTopicDevice",
 }
-OPTIONAL = {"numba"}  # one module needs it, which says so where it is missing
+OPTIONAL = {"numba", "mujoco"}  # one module needs it, which says so where it is missing
 ROSDEP_KEYS = {
     "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",
