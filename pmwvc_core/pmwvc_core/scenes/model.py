@@ -60,11 +60,11 @@ def import_mujoco() -> Any:
         raise ParameterError(
             f"server.environment = 'mujoco': {error}: pip install mujoco (or '.[mujoco]')"
         ) from None
-    mujoco.set_mju_user_warning(_unheard)
+    mujoco.set_mju_user_warning(_discarded)
     return mujoco
 
 
-def _unheard(text: str) -> None:
+def _discarded(text: str) -> None:
     """Take a warning of MuJoCo, which would write it into a file in the working directory: a
     scene that becomes unstable is found and named by :mod:`.mujoco_scene`.
     """
