@@ -77,8 +77,7 @@ def _structure(folder: Path, content: Content) -> Iterator[Checked]:
         if file.whole:
             size = f"{file.messages} messages in {file.chunks} chunks"
             yield Checked("file", OK, f"{name} is whole: {size}")
-        for status, texts in ((PROBLEM, file.problems), (WARNING, file.notes)):
-            yield from (Checked("file", status, f"{name}: {text}") for text in texts)
+        yield from (Checked("file", PROBLEM, f"{name}: {text}") for text in file.problems)
     if folder.is_dir() and not (folder / "metadata.yaml").is_file():
         yield Checked("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
 
@@ -90,7 +89,11 @@ def _losses(content: Content, traces: SessionTraces) -> list[Checked]:
         if count["missing"] and (link := relayed(topic)) in traces.fates:
             texts.append(f"{topic}: {count['missing']} packets that {link} delivered")
         elif count["missing"]:
-            texts += content.counter.lines([topic])
+            texts += [
+                f"{topic}: {missing} of {missing + seen} missing (publisher {name})"
+                for name, (missing, seen) in content.gaps(topic).items()
+                if missing
+            ]
         if not count["messages"] and not topic.endswith(QUIET):
             texts.append(f"{topic}: nothing recorded")
     texts += [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]

@@ -1,14 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The signals of a session as tables, one row per tick, block, step or packet, and these as files:
-CSV for spreadsheets, MAT for MATLAB and Octave, HDF5.
+CSV for spreadsheets, MAT for MATLAB and Octave.
 
 Columns are named as in the traces (:mod:`pmwvc_core.traces`); a vector is a matrix ``(row, dof)``.
 CSV is a folder with a file per table and ``columns.csv``, which has the units. MAT holds a struct
-and HDF5 a group per table.
+per table.
 """
 
-import importlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -114,7 +113,7 @@ def export(
 ) -> None:
     """Write all signals of a session for another tool, with its parameters where they are known,
     into a folder for ``csv``, which is made, else a file. RecordingError where it cannot be
-    written, PmwvcError where the kind is not known, or needs a package that is not installed.
+    written, PmwvcError where the kind is not known.
     """
     if kind not in KINDS:
         raise PmwvcError(f"export as {kind!r}: there are {', '.join(KINDS)}")
@@ -154,21 +153,4 @@ def _write_mat(file: Path, found: Sequence[Table], about: About) -> None:
     savemat(file, content, do_compression=True, long_field_names=True)
 
 
-def _write_hdf5(file: Path, found: Sequence[Table], about: About) -> None:
-    try:
-        h5py: Any = importlib.import_module("h5py")
-    except ImportError:
-        raise PmwvcError(
-            "HDF5 needs the package h5py: pip install 'pmwvc[hdf5]'; or export as csv or mat"
-        ) from None
-    with h5py.File(file, "w") as stream:
-        stream.attrs.update(about)
-        for table in found:
-            group = stream.create_group(table.name)
-            for name, values in table.columns.items():
-                data = group.create_dataset(name, data=values)
-                data.attrs["unit"] = table.meanings[name].unit
-                data.attrs["meaning"] = table.meanings[name].meaning
-
-
-KINDS: dict[str, Writer] = {"csv": _write_csv, "mat": _write_mat, "hdf5": _write_hdf5}
+KINDS: dict[str, Writer] = {"csv": _write_csv, "mat": _write_mat}

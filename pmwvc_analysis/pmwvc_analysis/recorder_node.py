@@ -5,20 +5,18 @@
 It never decodes a message; it only reads the publishers' numbers, to know what is missing. It says
 ``ready`` on standard output once a publisher is matched on every topic it waits for.
 
-What arrives waits in the subscriptions' queues until this thread takes it, and then in a bounded
-queue until the writing thread has the disk. Both threads run above ordinary programs and below the
-loops: a busy machine delays the recording and does not thin it out.
+What arrives waits in the subscriptions' queues, of ten thousand messages each, until this thread
+takes it and has the disk. It runs above ordinary programs and below the loops: a busy machine
+delays the recording and does not thin it out.
 """
 
 import bisect
-import queue
 import sys
 import threading
 import time
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -28,10 +26,11 @@ from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.recording.topics import Topic, about, session_topics
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import Spec
+from pmwvc_core.params import Validated
+from pmwvc_core.params.fields import parameter
 from pmwvc_core.runtime.messages import KEPT
 from pmwvc_core.runtime.pacing import request_priority, request_reception
-from pmwvc_core.runtime.parameters import declare_names, declare_value
+from pmwvc_core.runtime.parameters import declare, declare_names
 from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
 from pmwvc_core.runtime.topics import Polled, message_class
 
@@ -42,94 +41,36 @@ GLOBAL = ("/diagnostics", "/parameter_events")  # whatever the namespace
 RECEPTION_PRIORITY, PRIORITY = 5, 4
 
 
-QUEUE_BYTES = 256 << 20  # more than a minute of a session of eight users, 3.5 MiB a second
 FLUSH_S = 1.0
 
 
-class BackgroundWriter:
-    """Hands messages to a :class:`SessionWriter` in a thread of its own, which nobody waits for.
+@dataclass(frozen=True)
+class RecorderParams(Validated):
+    """The parameters of the node, beside the names of its users."""
 
-    Only that thread touches the writer until :meth:`close` returns, and it calls ``prepare``
-    first, such as for a scheduling class of its own. ``capacity_bytes`` of messages may wait; what
-    does not fit is counted per topic, and its numbers are missing as well.
-    """
-
-    def __init__(
-        self, writer: SessionWriter, *, capacity_bytes: int = QUEUE_BYTES,
-        prepare: Callable[[], object] = lambda: None,
-    ) -> None:  # fmt: skip
-        self.writer = writer
-        self.overrun: Counter[str] = Counter()
-        self.most_waiting_bytes = 0
-        self._capacity, self._prepare = capacity_bytes, prepare
-        self._waiting: queue.SimpleQueue[Sequence[RawMessage]] = queue.SimpleQueue()
-        self._bytes, self._lock = 0, threading.Lock()  # of what waits
-        self._thread = threading.Thread(target=self._run, name="writer")
-        self._thread.start()
-
-    def put(self, messages: Sequence[RawMessage]) -> None:
-        """Take messages."""
-        size = sum(len(message.data) for message in messages)
-        with self._lock:
-            if self._bytes + size > self._capacity:
-                self.overrun.update(message.topic for message in messages)
-                return
-            self._bytes += size
-            self.most_waiting_bytes = max(self.most_waiting_bytes, self._bytes)
-        if messages:
-            self._waiting.put(messages)
-
-    def close(self) -> list[str]:
-        """Write what waits, complete the recording (record ``losses``), and return what is missing
-        in it and why, one line each.
-        """
-        if self._thread.is_alive():
-            self._waiting.put(())
-            self._thread.join()
-            losses = {
-                topic: f"{messages} messages, {self.overrun[topic]} not queued"
-                for topic, messages in self.writer.messages.items()
-            }
-            self.writer.add_metadata("losses", losses)
-            self.writer.close()
-        found = [f"{topic}: {n} did not fit the queue" for topic, n in self.overrun.items()]
-        if self.writer.problem:
-            found.append(f"{self.writer.problem}; {self.writer.refused} messages not written")
-        return found
-
-    def _run(self) -> None:
-        """Write until an empty sequence comes."""
-        self._prepare()
-        flush_at = time.monotonic()
-        while True:
-            if time.monotonic() >= flush_at:
-                flush_at += FLUSH_S
-                self.writer.flush()
-                self.writer.refresh_metadata()
-            try:
-                messages = self._waiting.get(timeout=max(flush_at - time.monotonic(), 0.0))
-            except queue.Empty:
-                continue
-            if not messages:
-                return
-            with self._lock:
-                self._bytes -= sum(len(message.data) for message in messages)
-            for topic, _, log_ns, publish_ns, data in messages:
-                self.writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)
+    folder: str = parameter("", "-", "session folder to record into")
+    netem: bool = parameter(True, "-", "the links are emulated: waves have a topic at either end")
+    people: bool = parameter(
+        True, "-", "also record markers, diagnostics and the targets of hands"
+    )
+    reserve_mib: int = parameter(
+        RESERVE_BYTES >> 20, ">= 0 MiB", "space kept free: recording stops in good order there"
+    )
 
 
 class Recorder:
-    """The work of the recorder node: subscriptions, and the thread that writes the file."""
+    """The work of the recorder node: from subscriptions into the file."""
 
     def __init__(self, node: Node) -> None:
-        folder, topics, reserve = declare_settings(node)
+        params, topics = declare_settings(node)
         self._ready = False
-        writer = SessionWriter(folder, reserve_bytes=reserve)
-        for name, values in about(read_scenario(folder), source="live").items():
+        self._writer = writer = SessionWriter(
+            params.folder, reserve_bytes=params.reserve_mib << 20
+        )
+        for name, values in about(read_scenario(params.folder), source="live").items():
             writer.add_metadata(name, values)
         for topic in topics:
             writer.add_topic(topic)
-        self._background = BackgroundWriter(writer, prepare=lambda: request_priority(PRIORITY))
         self._inlets = [(topic, _subscribed(node, topic)) for topic in topics]
         self._waiting: list[RawMessage] = []  # taken after the last look began
         self._newest_ns = {topic.name: 0 for topic in topics}
@@ -139,14 +80,17 @@ class Recorder:
         """Receive until asked to stop, and a little longer."""
         request_reception(RECEPTION_PRIORITY)
         request_priority(PRIORITY)
-        reported = False
+        reported, flush_at, writer = False, time.monotonic(), self._writer
         while not stop.wait(POLL_S):
             self._take_all()
+            if time.monotonic() >= flush_at:
+                flush_at = time.monotonic() + FLUSH_S
+                writer.flush()
+                writer.refresh_metadata()
             needed = (each.subscription for topic, each in self._inlets if topic.essential)
             if not self._ready and all(each.get_publisher_count() > 0 for each in needed):
                 self._ready = True
                 print("ready", flush=True)
-            writer = self._background.writer
             if not reported and writer.problem:
                 reported = True
                 elsewhere = f"report it with: pmwvc report {writer.folder} --out OTHER"
@@ -158,10 +102,15 @@ class Recorder:
 
     def close(self) -> None:
         """Complete the recording and log what is missing."""
-        self._background.put(self._waiting)
-        self._waiting = []
-        for line in self._background.close():
-            print(f"recorder: {line}", file=sys.stderr)
+        self._write(self._waiting)
+        self._writer.close()
+        if self._writer.problem:
+            lost = f"{self._writer.problem}; {self._writer.refused} messages not written"
+            print(f"recorder: {lost}", file=sys.stderr)
+
+    def _write(self, messages: Sequence[RawMessage]) -> None:
+        for topic, _, log_ns, publish_ns, data in messages:
+            self._writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)
 
     def _take_all(self) -> int:
         """Take whatever has arrived; return how many messages.
@@ -183,45 +132,29 @@ class Recorder:
         taken = len(self._waiting) - count
         self._waiting.sort(key=lambda message: message.log_ns)
         ready = bisect.bisect_right(self._waiting, before_ns, key=lambda message: message.log_ns)
-        if ready:
-            self._background.put(self._waiting[:ready])
-            del self._waiting[:ready]
+        self._write(self._waiting[:ready])
+        del self._waiting[:ready]
         return taken
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
-        writer = self._background.writer
-        values: dict[str, object] = {
-            "messages": sum(writer.messages.values()),
-            "refused": writer.refused,
-            "not queued": self._background.overrun.total(),
-            "most waiting [MiB]": f"{self._background.most_waiting_bytes / 2**20:.1f}",
-        }
+        writer, written = self._writer, sum(self._writer.messages.values())
+        values: dict[str, object] = {"messages": written, "refused": writer.refused}
         if writer.problem:
             return ERROR, writer.problem, values
         return OK, "recording" if self._ready else "waiting for publishers", values
 
 
-def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
-    """Declare the parameters; return folder, topics and bytes of disk to be kept free."""
-
-    def flag(name: str, default: bool, description: str) -> bool:
-        return bool(declare_value(node, name, Spec(bool, description=description), default))
-
-    text = Spec(str, description="session folder to record into")
-    folder = declare_value(node, "folder", text, "")
+def declare_settings(node: Node) -> tuple[RecorderParams, list[Topic]]:
+    """Declare the parameters; return them with the topics to record."""
+    params = declare(node, "", RecorderParams)
     users = declare_names(node, "users", ["user1", "user2"], "names of the users")
-    emulated = flag("netem", True, "the links are emulated: waves have a topic at either end")
-    people = flag("people", True, "also record markers, diagnostics and the targets of hands")
-    words = "disk space kept free: recording stops in good order there"
-    space = Spec(int, "MiB", low=0, description=words)
-    reserve = declare_value(node, "reserve_mib", space, RESERVE_BYTES >> 20)
-    if not folder:
+    if not params.folder:
         raise ParameterError("folder is empty: name the session folder to record into")
     if not users:
         raise ParameterError("users is empty: name at least one user")
-    links = [f"{user}/{way}" for user in users for way in ("up", "down")] if emulated else []
-    return Path(folder), session_topics(users, links=links, people=people), reserve << 20
+    links = [f"{user}/{way}" for user in users for way in ("up", "down")] if params.netem else []
+    return params, session_topics(users, links=links, people=params.people)
 
 
 def _subscribed(node: Node, topic: Topic) -> Polled:

@@ -9,7 +9,6 @@ is a command. Heavy imports stand inside functions: ``pmwvc --help`` has to answ
 
 import argparse
 import inspect
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -121,16 +120,12 @@ PAGE = (  # of commands that serve one
 
 
 def scenario_of(arguments: argparse.Namespace) -> "Scenario":
-    """Return the scenario named, and print what is unusual; ScenarioError with every mistake."""
+    """Return the scenario named; ScenarioError with every mistake."""
     from pmwvc_bringup import scenarios
-    from pmwvc_core.scenario.names import doubts
 
-    found = scenarios.load(
+    return scenarios.load(
         getattr(arguments, "scenario", None) or arguments.what,
         settings_texts=arguments.settings,
         users=arguments.users,
         duration_s=getattr(arguments, "duration", None),
     )
-    for line in doubts(found):
-        print(f"pmwvc: {line}", file=sys.stderr)
-    return found

@@ -25,6 +25,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import cell
 
+CONDITION = "Another task, hand, contact or delay may order these controllers differently."
+
 
 def folder_of(number: int, one: Combination) -> str:
     """Return the folder of a session below that of the comparison."""
@@ -94,19 +96,16 @@ def _entry(one: Combination, traces: SessionTraces, below: str) -> Compared:
 
 
 def report(
-    folder: Path, title: str, entries: Sequence[Compared], console: Console, *, notes: list[str],
-    figures: bool = True,
-) -> Result:  # fmt: skip
-    """Write tables and report, print table and notes; the document is ``comparison.json``."""
-    about = {"kind": "comparison", "lead": "", "notes": notes}
+    folder: Path, title: str, entries: Sequence[Compared], console: Console, *, figures: bool
+) -> Result:
+    """Write tables and report, print the table; the document is ``comparison.json``."""
+    about = {"kind": "comparison", "lead": "", "notes": [CONDITION]}
     with doing("writing the report"):
         found = write(folder, title, entries, about, figures=figures)
-    return print_report(folder, [*lines(found), *notes], console, figures=figures)
+    return print_report(folder, [*lines(found), CONDITION], console, figures=figures)
 
 
-def print_report(
-    folder: Path, texts: Sequence[str], console: Console, *, figures: bool = True
-) -> Result:
+def print_report(folder: Path, texts: Sequence[str], console: Console, *, figures: bool) -> Result:
     """Print lines and where the report is; the document is ``comparison.json``."""
     for line in [*texts, f"report: {folder / PAGE}" if figures else f"numbers: {folder / JSON}"]:
         console.print(line, markup=False)
@@ -136,4 +135,4 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         ]
         tuning = f" ({session['tuning']})" if session["tuning"] else ""
         table.append(f"{session['label']:{width}}  {', '.join(texts) or 'none'}{tuning}")
-    return [*table, *found["conclusion"]]
+    return table

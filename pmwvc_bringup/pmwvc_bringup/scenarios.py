@@ -19,7 +19,7 @@ from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario
 
 SUFFIXES = (".yaml", ".yml")
-FILE_NAMES = ("operator.file", "trace_file")  # parameters that name a file
+FILE_NAMES = ("operator.file", "trace_file", "server.scene")  # parameters that name a file
 
 
 def folders() -> list[Path]:

@@ -8,13 +8,11 @@ by the type of the first argument, and what builds tuples has one line per eleme
 have ``_replace``.
 """
 
-import dis
 import hashlib
 import inspect
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from types import FunctionType
 from typing import Any
 
 import numba
@@ -26,15 +24,13 @@ from numba.extending import models, overload, register_model
 
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
+from pmwvc_core.unrolled import is_law, relinked, unrolled
 
 # As quick as 3 here, compiled in two thirds of the time.
 numba.config.OPT = type(numba.config.OPT)(1)
 # A loop over laws is called instead: once for all users of a kind, and quicker to compile.
 INLINED = ("pmwvc_core.law", "pmwvc_core.plant")
-LAWS = (*INLINED, "pmwvc_core.simulation")
 
-ELEMENTWISE = (vectors.plus, vectors.minus, vectors.times, vectors.scaled)
-BUILDING = (vectors.each, vectors.chain, vectors.columns, *ELEMENTWISE)
 # Of what only compiled laws call: no form that takes Python's objects.
 BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -83,12 +79,7 @@ def _inside(law: Callable[..., Any]) -> Any:
 
 def _made(law: Any, **options: Any) -> Any:
     """Return a law compiled, with globals that are compiled."""
-    names = {each.argval for each in dis.get_instructions(law) if each.opname == "LOAD_GLOBAL"}
-    used = {name: law.__globals__[name] for name in names & set(law.__globals__)}
-    globals_ = {**law.__globals__, **{name: _compiled(each) for name, each in used.items()}}
-    copy = FunctionType(law.__code__, globals_, law.__name__, law.__defaults__)
-    copy.__module__, copy.__qualname__ = law.__module__, law.__qualname__
-    made = numba.njit(error_model="numpy", **options)(copy)
+    made = numba.njit(error_model="numpy", **options)(relinked(law, _compiled))
     made.__class__ = CompiledLaw
     return made
 
@@ -112,8 +103,7 @@ def _compiled(value: Any) -> Any:
     """Return what stands for a global of a law in its compiled form."""
     if isinstance(value, Family):
         return _family(value)
-    ours = isinstance(value, FunctionType) and value.__module__.startswith(LAWS)
-    return _inside(value) if ours and value not in BUILDING else value
+    return _inside(value) if is_law(value) and value not in FORMS else value
 
 
 @cache
@@ -186,7 +176,6 @@ def _tuple(elements: list[str]) -> str:
     return f"({', '.join(elements)},)" if elements else "()"
 
 
-@overload(vectors.each, jit_options=BARE)
 def _each(law, rows, *shared):
     passed = "".join(f", shared[{k}]" for k in range(len(shared)))
     elements = [
@@ -196,7 +185,6 @@ def _each(law, rows, *shared):
     return _built(f"def built(law, rows, *shared):\n    return {_tuple(elements)}")
 
 
-@overload(vectors.chain, jit_options=BARE)
 def _chain(law, states, u, params):
     lines = [f"s{i}, u = law(states[{i}], u, params[{i}])" for i in range(len(states))]
     after = _tuple([f"s{i}" for i in range(len(states))])
@@ -204,22 +192,20 @@ def _chain(law, states, u, params):
     return _built(f"def built(law, states, u, params):\n    {body}")
 
 
-@overload(vectors.columns, jit_options=BARE)
 def _columns(rows):
     of_one = range(len(rows[0]))
     elements = [_tuple([f"rows[{i}][{k}]" for i in range(len(rows))]) for k in of_one]
     return _built(f"def built(rows):\n    return {_tuple(elements)}")
 
 
-def _elementwise(function: Callable[..., Any]) -> None:
-    """Compile a function of two arguments, the first of which is a vector."""
-
-    def build(a, b):
-        elements = [vectors.BY_AXIS[function][0].format(a="a", b="b", i=i) for i in range(len(a))]
-        return _built(f"def built(a, b):\n    return {_tuple(elements)}")
-
-    overload(function, jit_options=BARE)(build)
+def _by_axis(function):
+    """Return the form of a function of two arguments, the first of which is a vector."""
+    return lambda a, b: unrolled(function, len(a))
 
 
-for _law in ELEMENTWISE:
-    _elementwise(_law)
+# Compiled forms of what builds tuples.
+FORMS = {vectors.each: _each, vectors.chain: _chain, vectors.columns: _columns}
+ELEMENTWISE = vectors.plus, vectors.minus, vectors.times, vectors.scaled
+FORMS |= {law: _by_axis(law) for law in ELEMENTWISE}
+for _law, _form in FORMS.items():
+    overload(_law, jit_options=BARE)(_form)

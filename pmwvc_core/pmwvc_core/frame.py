@@ -12,7 +12,6 @@ from typing import NamedTuple
 from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.numeric import Flag, Value
 
-LATE_NS = 5_000_000  # a sample older than this is named in the diagnostics
 STALE_NS = 20_000_000  # one older than this is none: the device is silent
 
 # Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].

@@ -25,7 +25,7 @@ class PluginGroup:
     group: str  # of the entry points
     parameter: str  # that names one
     what: str  # a factory makes, with its article
-    calls: tuple[str, ...]  # that it must have
+    calls: tuple[str, ...]  # that it must have, "one or another"
     attributes: tuple[str, ...] = ()  # that it must have besides
     own: tuple[str, ...] = ()  # names that need no plug-in
     error: type[PmwvcError] = ParameterError  # what is raised
@@ -57,7 +57,11 @@ class PluginGroup:
         factory, where = self.load(name), self.where(name)
         with refused(where, self.error):
             made = factory(setup)
-        lacks = [call for call in self.calls if not callable(getattr(made, call, None))]
+        lacks = [
+            call
+            for call in self.calls
+            if not any(callable(getattr(made, one, None)) for one in call.split(" or "))
+        ]
         lacks += [name for name in self.attributes if not hasattr(made, name)]
         if lacks:
             raise self.error(f"{where} is not {self.what}: it lacks {', '.join(lacks)}")

@@ -11,14 +11,13 @@ from collections.abc import Callable
 from functools import partial
 
 from pmwvc_core.ends.user_end import UserEnd
-from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.pacing import Paced, Pacer, Tick
 from pmwvc_core.transport.packet import PacketLink
 from pmwvc_master.blocks import DeviceWork, FrameBlock, TraceBlocks
-from pmwvc_master.devices import DeviceSample, HapticDevice
+from pmwvc_master.devices import HapticDevice
 
 PRIORITY = 20
-TRACE_TICK, MOTION_TICK = 1, 2  # of a frame, that publish; the last one of a shorter frame
+TRACE_TICK = 1  # of a frame, that publishes; the last one of a shorter frame
 
 
 class MasterLoop(Paced):
@@ -27,11 +26,11 @@ class MasterLoop(Paced):
     def __init__(
         self, protocol: UserEnd, device: HapticDevice, *, link: PacketLink,
         publish_trace: Callable[["MasterLoop", FrameBlock], None],
-        publish_motion: Callable[[DeviceSample, Value, int], None], tick_s: float, dof: int,
+        tick_s: float, dof: int,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:  # fmt: skip
         self.protocol, self.device, self.tick_s = protocol, device, tick_s
-        self._link, self._publish_motion, self._clock = link, publish_motion, clock
+        self._link, self._clock = link, clock
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
         super().__init__()
         self._begun = False
@@ -82,8 +81,6 @@ class MasterLoop(Paced):
         last = tick.grid + 1 == protocol.s.next_frame
         if self._trace.reaches(TRACE_TICK, last=last):
             self._trace.publish()
-        if self._trace.reaches(MOTION_TICK, last=last):
-            self._publish_motion(sample, f, tick.due_ns)
         compute_ns, changes = self._clock() - tick.woke_ns, protocol.changes
         self.health.add(tick.lateness_ns, compute_ns)
         self._trace.put(

@@ -5,9 +5,7 @@
 The main thread runs the force loop (:mod:`pmwvc_master.loop`); a second one serves parameters,
 services and diagnostics, and hands complete new objects over, which the loop takes at a frame
 boundary. Services: ``~/rearm`` (Trigger) after a fault; ``~/start`` (Trigger) where
-``start.paused`` is set. Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``; and for
-observers, at the packet rate and with the names of CRTK, ``measured_cv`` (TwistStamped, velocity
-of the device) and ``measured_cf`` (WrenchStamped, force of the device on the hand, ``-f_m``).
+``start.paused`` is set. Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``.
 """
 
 import secrets
@@ -17,15 +15,12 @@ import time
 from collections.abc import Mapping
 from functools import partial
 
-from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
 from pmwvc_core.controllers.library import has_waves, record_of
-from pmwvc_core.frame import LATE_NS
-from pmwvc_core.numeric import Value, flatten
+from pmwvc_core.law.user_tick import LATE_NS
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import hold_memory
@@ -36,7 +31,7 @@ from pmwvc_core.transport.packet import Admission
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.blocks import FrameBlock
-from pmwvc_master.devices import DeviceSample, make_device, warnings_of_device
+from pmwvc_master.devices import make_device, warnings_of_device
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.settings import declare_settings
 
@@ -58,13 +53,9 @@ class Master:
         self._epoch, self._seq, self._types = epoch, 0, messages.live_types()
         trace_qos = offered(RECORDED_QOS, settings.master.frame_s)
         self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
-        self._twist = node.create_publisher(TwistStamped, "measured_cv", qos_profile_sensor_data)
-        self._wrench = node.create_publisher(WrenchStamped, "measured_cf", qos_profile_sensor_data)
-        self._frame_id = f"{node.get_namespace().strip('/') or node.get_name()}/device"
         self.loop = MasterLoop(
             settings.make_force_loop(epoch, self.device.info), self.device, link=self._link(),
-            publish_trace=self._publish_trace, publish_motion=self._publish_motion,
-            tick_s=settings.master.tick_s, dof=settings.dof,
+            publish_trace=self._publish_trace, tick_s=settings.master.tick_s, dof=settings.dof,
         )  # fmt: skip
         self._use_profile()
         self.device.open()
@@ -105,18 +96,6 @@ class Master:
             **{name: getattr(block, name) for name in OF_BLOCK},
         )  # fmt: skip
         self._trace.publish(message)
-
-    def _publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
-        """Publish velocity and force of the device, where anybody subscribes."""
-        if not (self._twist.get_subscription_count() or self._wrench.get_subscription_count()):
-            return
-        twist, wrench = TwistStamped(), WrenchStamped()
-        for message in (twist, wrench):
-            message.header.stamp = messages.time_message(self._types, _ros_time(due_ns))
-            message.header.frame_id = self._frame_id
-        twist.twist.linear, wrench.wrench.force = _vector(sample.xd), _vector(-f)
-        self._twist.publish(twist)
-        self._wrench.publish(wrench)
 
     def _use_profile(self) -> None:
         """Show the force limit that holds; warn of parameters that do not fit the device."""
@@ -187,10 +166,6 @@ class Master:
         if state == "fault":
             return ERROR, text, values
         return (WARN if wrong or state == "damping" else OK), text, values
-
-
-def _vector(value: Value) -> Vector3:
-    return Vector3(**dict(zip("xyz", map(float, flatten(value)), strict=False)))
 
 
 def _ros_time(monotonic_ns: int) -> int:

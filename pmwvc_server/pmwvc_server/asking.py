@@ -24,7 +24,7 @@ from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Unanswered
 from pmwvc_core.server.black_box import Call, directly
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.environments import LIBRARY
+from pmwvc_core.server.environments import environment_of
 
 WAIT_RATIO = 0.5  # of the period that the loop waits
 _PRIORITY = 10  # below the loop, above other programs
@@ -33,7 +33,7 @@ Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
 def caller(params: ServerParams) -> Call:
     """Return how the environment of a server is asked."""
-    if not COUPLINGS.of(params.coupling).black_box or params.environment in LIBRARY:
+    if not COUPLINGS.of(params.coupling).black_box or environment_of(params.environment).made:
         return directly
     return Worker(WAIT_RATIO * params.period_s)
 

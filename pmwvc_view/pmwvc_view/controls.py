@@ -3,9 +3,9 @@
 """The parameters that a page may change: nothing else of a session can be reached from there."""
 
 import contextlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ParameterError, ScenarioError
@@ -23,35 +23,36 @@ AT_RESTART = (CONTROLLER, CHANNEL)  # changes with a new beginning only
 JITTER, JITTER_S, DELAY_S = "link.jitter", "link.jitter_s", "link.delay_s"
 
 
-@dataclass(frozen=True)
-class Control:
-    """A parameter that a page may change: its name in a scenario, and the node that has it.
-
-    ``ends`` are those of a slider; values beyond are allowed as far as the parameter's range goes.
-    None for a name.
+class Control(NamedTuple):
+    """A parameter that a page may change: its name in a scenario. ``ends`` are those of a slider;
+    values beyond are allowed as far as the parameter's range goes. None for a name.
     """
 
     path: str
     label: str
-    node: str
     ends: tuple[float, float] | None = None
+
+    @property
+    def of_link(self) -> bool:
+        """Whether it is a parameter of the network."""
+        return self.path.startswith("link.")
 
 
 CONTROLS = (
-    Control(PRESET, "network", "netem"),
-    Control(DELAY_S, "delay, each way", "netem", (0.0, 0.1)),
-    Control(JITTER_S, "jitter", "netem", (0.0, 0.02)),
-    Control(JITTER, "kind of jitter", "netem"),
-    Control("link.loss", "loss", "netem", (0.0, 0.3)),
-    Control("server.contact_stiffness", "contact stiffness K", "server", (50.0, 3000.0)),
-    Control("server.contact_damping", "contact damping B", "server", (0.0, 50.0)),
-    Control("server.object_damping", "damping of the object", "server", (0.0, 50.0)),
-    Control("server.object_mass", "mass of the object", "server", (0.2, 5.0)),
-    Control(IMPEDANCE, "wave impedance b", "master", (5.0, 100.0)),
-    Control(RATE_DROP, "ticks per packet M", "master", (1.0, 100.0)),
-    Control(PERIOD, "period of the server", "server", (0.001, 0.1)),
-    Control(CONTROLLER, "controller", "master"),
-    Control(CHANNEL, "channel of the waves", "master"),
+    Control(PRESET, "network"),
+    Control(DELAY_S, "delay, each way", (0.0, 0.1)),
+    Control(JITTER_S, "jitter", (0.0, 0.02)),
+    Control(JITTER, "kind of jitter"),
+    Control("link.loss", "loss", (0.0, 0.3)),
+    Control("server.contact_stiffness", "contact stiffness K", (50.0, 3000.0)),
+    Control("server.contact_damping", "contact damping B", (0.0, 50.0)),
+    Control("server.object_damping", "damping of the object", (0.0, 50.0)),
+    Control("server.object_mass", "mass of the object", (0.2, 5.0)),
+    Control(IMPEDANCE, "wave impedance b", (5.0, 100.0)),
+    Control(RATE_DROP, "ticks per packet M", (1.0, 100.0)),
+    Control(PERIOD, "period of the server", (0.001, 0.1)),
+    Control(CONTROLLER, "controller"),
+    Control(CHANNEL, "channel of the waves"),
 )
 _BY_PATH = {control.path: control for control in CONTROLS}
 
@@ -112,37 +113,26 @@ def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     found = []
     for control in CONTROLS:
         spec = None if control.path == PRESET else spec_of(control.path)
-        names = tuple(PRESETS) if spec is None else spec.choices
-        if control.path == CONTROLLER:
-            names = RECORDS.names()
-        low = high = None
-        if control.ends and spec is not None:
-            low = spec.low if spec.low is not None else spec.above
-            high = spec.high if spec.high is not None else spec.below
         about = {
             "path": control.path,
             "label": control.label,
             "unit": spec.unit if spec is not None else "-",
             "value": values[control.path],
-            "min": low,
-            "max": high,
             "slider": list(control.ends) if control.ends else None,
-            "choices": None if control.ends else list(names),
-            "node": control.node,
+            "choices": None if control.ends else list(_choices(control)),
             "restart": control.path in AT_RESTART,
         }
         found.append(about)
     return found
 
 
-def choices() -> dict[str, Any]:
-    """Return presets and controllers as the session message declares them."""
-    controllers = []
-    for name in RECORDS.names():
-        with contextlib.suppress(ParameterError):  # a plug-in that cannot be used
-            record = record_of(name)
-            controllers.append({"name": name, "words": record.words, "waves": record.waves})
-    return {
-        "presets": [{"name": name, "words": preset.basis} for name, preset in PRESETS.items()],
-        "controllers": controllers,
-    }
+def _choices(control: Control) -> Iterator[dict[str, str]]:
+    """Yield the names that a parameter may have, with words."""
+    if control.path == PRESET:
+        yield from ({"name": name, "words": each.basis} for name, each in PRESETS.items())
+    elif control.path == CONTROLLER:
+        for name in RECORDS.names():
+            with contextlib.suppress(ParameterError):  # a plug-in that cannot be used
+                yield {"name": name, "words": record_of(name).words}
+    else:
+        yield from ({"name": name, "words": ""} for name in spec_of(control.path).choices)

@@ -8,7 +8,7 @@ eigenvalue problem must not hold up snapshots, and still less a force loop.
 import asyncio
 import multiprocessing
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from enum import IntEnum
@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any
 
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s
-from pmwvc_core.controllers.library import proofs_hold
+from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
@@ -33,20 +33,25 @@ STATES: Mapping[str, type[IntEnum]] = {"master": SafetyState, "server": Presence
 
 
 def describe(
-    scenario: Scenario, *, mode: str, duration_s: float | None, values: Mapping[str, Any],
-    remote: Sequence[str],
+    scenario: Scenario, layout: Layout, *, mode: str, duration_s: float | None,
+    values: Mapping[str, Any], remote: Collection[str], can: Collection[str], snapshot_s: float,
+    holders: Mapping[str, str | None] | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the session message without what the server adds: ``mode`` is live, simulated or
-    recorded; ``duration_s`` None where it goes on until it is ended [s]; ``values`` those of the
-    controls; ``remote`` the users whose handle a page can take.
+    """Return the session message: ``mode`` is live, simulated or recorded; ``duration_s`` None
+    where it goes on until it is ended [s]; ``values`` those of the controls; ``remote`` the users
+    whose handle a page can take; ``can`` the kinds of requests that are served; ``holders`` who
+    holds each user's handle.
     """
-    of = scenario.server
+    of, held = scenario.server, holders or {}
     about = {"environment": of.environment, "size_m": of.object_size_m}
     return {
+        "kind": "session",
+        "version": protocol.VERSION,
         "mode": mode,
         "name": scenario.name,
         "description": scenario.description,
         "controller": scenario.controller,
+        "waves": has_waves(scenario.controller),
         "dof": scenario.dof,
         "tick_s": scenario.tick_s,
         "period_s": of.period_s,
@@ -57,6 +62,7 @@ def describe(
                 "name": user.name,
                 "side": user.side,
                 "remote": user.name in remote,
+                "holder": held.get(user.name),
                 "stiffness": user.contact.contact_stiffness,
                 "force_limit": user.safety.max_force,
                 "workspace_m": user.device.workspace_m,
@@ -65,39 +71,12 @@ def describe(
             for user in scenario.users
         ],
         "controls": controls.to_page(values),
-        **controls.choices(),
         "states": {node: [each.name.lower() for each in kind] for node, kind in STATES.items()},
-    }
-
-
-def message(
-    about: Mapping[str, Any], layout: Layout, *, can: Collection[str], snapshot_s: float,
-    holders: Mapping[str, str | None] | None = None,
-) -> dict[str, Any]:  # fmt: skip
-    """Return the session message of a description; ``can`` are the kinds of requests that are
-    served, ``holders`` tells who holds each user's handle.
-    """
-    held = holders or {}
-    return {
-        "kind": "session",
-        "version": protocol.VERSION,
-        **about,
-        "users": [{**user, "holder": held.get(user["name"])} for user in about["users"]],
         "can": sorted(can),
         "snapshot_s": snapshot_s,
         "limits": protocol.LIMITS,
         "layout": layout.to_page(),
     }
-
-
-def within_workspace(
-    position: tuple[float, ...] | None, scenario: Scenario, user: str
-) -> list[float] | None:
-    """Return a page's target within the workspace, one value per axis; None where it is none."""
-    if position is None or len(position) != scenario.dof:
-        return None
-    reach = next(one.device.workspace_m for one in scenario.users if one.name == user)
-    return [min(max(value, -reach), reach) for value in position]
 
 
 def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recorded session for its page, which plays it by itself: all rows, packets and texts."""
 
+import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,14 +14,12 @@ from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.ends.server_end import LEAST_M
-from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_view import controls, description
-from pmwvc_view.feed.rows import Source, UserTicks, rows_of
-from pmwvc_view.feed.tape import AVATAR, OBJECT, SIGNALS
+from pmwvc_view.feed.rows import Samples, energies, rows_of, samples
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
 from pmwvc_view.protocol.snapshot import NO_PACKETS, Layout
 
@@ -29,8 +28,8 @@ CAN = frozenset({"pause", "seek", "speed"})  # which the page does itself
 
 class RecordedSession:
     """The ``rows`` of a session, ``snapshot_s`` apart [s], and its ``packets`` in the order of
-    their sending; ``summary`` has its verdicts, as in ``summary.json``. RecordingError where
-    nothing of the scenario's users was recorded.
+    their sending; ``summary`` has its verdicts, as in ``summary.json``. Something of the
+    scenario's users was recorded.
     """
 
     def __init__(
@@ -39,8 +38,6 @@ class RecordedSession:
     ) -> None:  # fmt: skip
         names = [user.name for user in scenario.users]
         traces = replace(traces, users=[user for user in traces.users if user.name in names])
-        if not traces.users:
-            raise RecordingError("nothing was recorded of the users of its scenario")
         self._traces, self._scenario, self._summary = traces, scenario, summary
         self.layout, self._period_s = Layout(names, scenario.dof), snapshot_s
         self.packets = packets_of(traces, scenario)
@@ -53,43 +50,20 @@ class RecordedSession:
         traces, layout, packets, period_s = self._traces, self.layout, self.packets, self._period_s
         times = np.arange(0.0, traces.duration_s + 0.5 * period_s, period_s)
         links = [packets[packets[:, 0] == k, 2:4] for k in range(2 * len(layout.users))]
-        ticks = [
-            UserTicks(user.name, user.time_s, user.f_applied, user.lateness_s)
-            for user in traces.users
-        ]
-        sources = (
-            Source(time_s, [(layout.slices[column], values)], *within_s)
-            for column, time_s, values, *within_s in self._samples()
-            if column in layout.slices  # a server may have had other users
-        )
-        rows = rows_of(times, layout, sources, ticks, links)
+        found = itertools.chain(samples(traces), self._targets(), *self._energies())
+        rows = rows_of(times, layout, found, traces.users, links)
         rows[:, 0] = np.arange(1, len(times) + 1)
         return rows
 
-    def _samples(self) -> Iterator[tuple[Any, ...]]:
-        """Yield columns with their samples as a :class:`Source` has them."""
-        if (server := self._traces.server) is not None:
-            for name in OBJECT:
-                yield f"object.{name}", server.time_s, getattr(server, name)
-            for index, user in enumerate(server.users):
-                for name in (*AVATAR, "contact"):
-                    yield f"{user}.{name}", server.time_s, getattr(server, name)[index]
-                yield f"{user}.presence", server.time_s, server.state[index]
-        for one in self._traces.users:
-            for name in SIGNALS:
-                yield f"{one.name}.{name}", one.time_s, getattr(one, name)
-            yield f"{one.name}.state", one.block_time_s, one.state
-        for energy in user_energies(self._traces, self._scenario):
-            for way, balance in (("up", energy.up), ("down", energy.down), ("hand", energy.joint)):
-                if balance is not None:
-                    least = np.minimum(np.minimum.accumulate(balance.balance_j), 0.0)
-                    amounts = balance.energy_in_j, balance.energy_out_j, least
-                    for name, values in zip(("in", "out", "min"), amounts, strict=True):
-                        yield f"{energy.name}.energy_{way}_{name}", balance.time_s, values, np.inf
+    def _energies(self) -> Iterator[Iterator[Samples]]:
+        for found in user_energies(self._traces, self._scenario):
+            yield energies(found, {})
+
+    def _targets(self) -> Iterator[Samples]:
         for user, targets in self._traces.targets.items():
             places = targets.position[:, : self.layout.dof]
-            yield f"{user}.target", targets.time_s, places, np.inf
-            yield f"{user}.held", targets.time_s, np.isfinite(places[:, 0]), np.inf
+            yield Samples(f"{user}.target", targets.time_s, places, np.inf)
+            yield Samples(f"{user}.held", targets.time_s, np.isfinite(places[:, 0]), np.inf)
 
     def _write_lags(self, *, live: bool) -> None:
         """Write lags and impedances as far as they stayed what they were: under load the distance
@@ -116,12 +90,12 @@ class RecordedSession:
             for user in self._traces.users
         ]
         about = description.describe(
-            self._scenario, mode="recorded", duration_s=self._traces.duration_s,
-            values=controls.values_of(self._scenario), remote=(),
+            self._scenario, self.layout, mode="recorded", duration_s=self._traces.duration_s,
+            values=controls.values_of(self._scenario), remote=(), can=CAN,
+            snapshot_s=self._period_s,
         )  # fmt: skip
-        about["events"] = self._summary["events"]
-        about["start_s"] = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
-        return description.message(about, self.layout, can=CAN, snapshot_s=self._period_s)
+        start_s = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
+        return about | {"events": self._summary["events"], "start_s": start_s}
 
     def texts(self) -> list[tuple[int, dict[str, Any]]]:
         """Return the texts with the rows from which they hold."""

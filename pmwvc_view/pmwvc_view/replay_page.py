@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -33,11 +32,11 @@ def replay_page(
     """Return the page of a recorded session; None if nothing of its users was recorded.
     ``summary`` has its verdicts, as in ``summary.json``.
     """
-    period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
-    try:
-        session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)
-    except RecordingError:
+    names = {user.name for user in scenario.users} & {user.name for user in traces.users}
+    if not names:
         return None
+    period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
+    session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)
     packets = session.packets
     arrived = np.isfinite(packets[:, 3])  # all that were lost are kept
     kept = ~arrived | (np.cumsum(arrived) % (len(packets) // PACKETS + 1) == 0)

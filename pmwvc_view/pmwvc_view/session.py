@@ -7,11 +7,10 @@ it is called from one event loop.
 import asyncio
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.budget.energy import declared
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import why_fixed
@@ -21,7 +20,7 @@ from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.description import Predictor
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import NS
-from pmwvc_view.feed.verdict import Judge, Notices, server_words, verdict
+from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
 TEXT_EVERY = 8  # snapshots between two verdicts
@@ -45,6 +44,10 @@ class Session(ABC):
 
     can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
     layout: Layout
+    remote: Collection[str] = ()  # users whose handle a page can take
+    wanted: Scenario  # to which settings are added
+    preset: str | None = None  # the network by name
+    paused = False  # whether time stands still
     _scenario: Scenario
     _duration_s: float | None = None  # None: it goes on until it is ended
 
@@ -56,43 +59,39 @@ class Session(ABC):
         self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
         self._changing = asyncio.Lock()
 
-    def description(self) -> dict[str, Any]:
-        """Return the session message without what the server adds."""
-        return description.describe(
-            self._scenario, mode="live" if self._live else "simulated", remote=self._remote(),
-            duration_s=self._duration_s,
-            values=controls.values_of(self.scenario(), self._preset_name()),
-        )  # fmt: skip
-
     def message(self, holders: Mapping[str, str | None]) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
-        return description.message(
-            self.description(), self.layout, can=self.can, snapshot_s=SNAPSHOT_S, holders=holders
-        )
-
-    def scenario(self) -> Scenario:
-        """Return the scenario that settings are added to."""
-        return self._scenario
+        return description.describe(
+            self._scenario, self.layout, mode="live" if self._live else "simulated",
+            duration_s=self._duration_s, values=controls.values_of(self.wanted, self.preset),
+            remote=self.remote, can=self.can, snapshot_s=SNAPSHOT_S, holders=holders,
+        )  # fmt: skip
 
     @abstractmethod
     def poll(self) -> Sequence[Snapshot]:
         """Return the snapshots since the last call."""
 
-    @abstractmethod
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
-        """Give a hand that a page can take its newest target [m]; None opens it."""
+        """Give a hand that a page can take its newest target, within its workspace [m]; None, or
+        another number of axes, opens it.
+        """
+        if user not in self.remote:
+            return
+        if position is not None and len(position) == self._scenario.dof:
+            users = self._scenario.users
+            reach = next(one.device.workspace_m for one in users if one.name == user)
+            self._places[user] = [min(max(value, -reach), reach) for value in position]
+        else:
+            self._places[user] = None
+        self._give(user, self._places[user])
 
     @abstractmethod
-    def _remote(self) -> Sequence[str]:
-        """Return the users whose handle a page can take."""
+    def _give(self, user: str, position: Sequence[float] | None) -> None:
+        """Give a hand its newest target [m]; None opens it."""
 
     @abstractmethod
-    def _preset_name(self) -> str | None:
-        """Return the network by name."""
-
-    @abstractmethod
-    def _state(self) -> tuple[bool, list[str]]:
-        """Return whether time stands still, and notices as long as they hold."""
+    def _notes(self) -> list[str]:
+        """Return notices as long as they hold."""
 
     @abstractmethod
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
@@ -102,7 +101,7 @@ class Session(ABC):
         """Return the exact model's prediction with these settings, as its message; None where a
         newer question came.
         """
-        return await self._predictor.ask(self.scenario(), values)
+        return await self._predictor.ask(self.wanted, values)
 
     def close(self) -> None:
         """Let go of everything."""
@@ -110,26 +109,24 @@ class Session(ABC):
 
     def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
         """Begin to show a session in which the devices of these users count their true motion."""
-        self._scenario, self._exact = scenario, exact
+        self._scenario = self.wanted = scenario
+        self._exact = exact
         self.layout = Layout([user.name for user in scenario.users], scenario.dof)
-        self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS))
+        self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS), live=self._live)
         self._lags = description.lags(scenario, live=self._live)
-        self._judge, self._notices = Judge(self._feed.tape), Notices()
+        self._judge = Judge(self._feed.tape)
+        self._places: dict[str, Sequence[float] | None] = {}  # targets of hands; None: open [m]
         self._text: dict[str, Any] = {}
         self._polls = 0
 
     def _snapshots(
-        self, now_ns: int, places: Mapping[str, Any], others: Mapping[str, Any] | None = None
+        self, now_ns: int, others: Mapping[str, Any] | None = None
     ) -> Sequence[Snapshot]:
-        """Return the snapshots up to now [ns]; ``places`` has the target of every hand by user [m]
-        (None: it is open), ``others`` more values by column.
-        """
-        targets = {f"{user}.target": place for user, place in places.items()}
-        held = {f"{user}.held": place is not None for user, place in places.items()}
+        """Return the snapshots up to now [ns]; ``others``: more values by column."""
+        targets = {f"{user}.target": place for user, place in self._places.items()}
+        held = {f"{user}.held": place is not None for user, place in self._places.items()}
         self._feed.others = {**self._lags, **(others or {}), **targets, **held}
-        snapshots = self._feed.rows(now_ns)
-        self._notices.watch(snapshots, self.layout)
-        return snapshots
+        return self._feed.rows(now_ns)
 
     async def set(self, path: str, value: Setting) -> Handled:
         """Change a parameter; one change at a time."""
@@ -137,14 +134,13 @@ class Session(ABC):
             control = controls.control_of(path)
             if control.path in controls.AT_RESTART:
                 return Handled(False, f"{path}: changes with a new beginning (restart)")
-            known = self.scenario()
+            known = self.wanted
             server, coupling = known.server, known.coupling
             fixed = why_fixed(control.path, strict=known.strict, server=server, coupling=coupling)
             if fixed:
                 return Handled(False, f"{control.path}: {fixed}")
             async with self._changing:
-                wanted = controls.changed(self.scenario(), {path: value})
-                self._notices.changed(self.scenario(), wanted)
+                wanted = controls.changed(self.wanted, {path: value})
                 self._judge.changed()
                 why = await self._change(control, wanted, value)
         except PmwvcError as error:
@@ -153,25 +149,18 @@ class Session(ABC):
 
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return verdict, values of controls, and whether time passes."""
-        (paused, notices), scenario = self._state(), self._scenario
         self._polls += 1
         if self._polls % TEXT_EVERY == 1:
-            self._judge.judge(scenario, live=self._live)
-            self._text = verdict(
-                self._feed.users, self._judge,
-                storage_j={user.name: sum(declared(scenario, user)) for user in scenario.users},
-                exact_hands=self._exact,
-                notices=notices + self._notices.texts(),
-                server=server_words(self._feed.server.worst, scenario),
-                black_box=scenario.coupling.black_box,
-            )  # fmt: skip
-        known, wanted, preset = self._valued, self.scenario(), self._preset_name()
+            self._judge.judge(self._scenario)
+            of = self._feed, self._judge, self._scenario
+            self._text = verdict(*of, exact_hands=self._exact, notices=self._notes())
+        known, wanted, preset = self._valued, self.wanted, self.preset
         if known is None or known[0] is not wanted or known[1] != preset:
             self._valued = known = (wanted, preset, controls.values_of(wanted, preset))
         return {
             "text": self._text,
             "values": {"values": known[2]},
-            "play": {"paused": paused},
+            "play": {"paused": self.paused},
         }
 
 

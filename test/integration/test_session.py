@@ -135,7 +135,7 @@ def test_a_recorder_that_stood_still_for_five_seconds_has_everything(tmp_path):
         assert session.end() == 0, session.output()
         recording = session.summary()["recording"]
     assert set(recording["missing"].values()) == {0}
-    assert recording["not_recorded_s"] == []
+    assert recording["holes"] == []
     assert [event["kind"] for event in session.events()] == ["disturbance"] * 2
     assert set(recording["not_relayed"].values()) <= {0}  # what is sent again is in nobody's way
 

@@ -111,7 +111,7 @@ def test_a_file_cut_anywhere_gives_back_every_whole_chunk(data, share):
 @given(share=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 def test_a_changed_bit_anywhere_is_found_and_gives_back_no_wrong_message(data, share, bit):
     originals, sound = read(data)
-    assert sound.whole and sound.notes == []
+    assert sound.whole
     place = int(share * len(data))
     changed = bytearray(data)
     changed[place] ^= 1 << bit
@@ -161,7 +161,7 @@ def problems(data):
 def test_with_checksums_every_byte_counts(compression):
     data = written(crcs=True, compression=compression)
     messages, sound = read(data)
-    assert (len(messages), sound.problems, sound.notes) == (40, [], [])
+    assert (len(messages), sound.problems) == (40, [])
     for place, value in enumerate(data):
         assert problems(patched(data, place, "<B", value ^ 4)), place
 
@@ -187,7 +187,7 @@ def test_without_checksums_damage_of_the_structure_is_found(
 ):
     data, at, known = written(), len(MAGIC), []
     salvage = read(data)[1]
-    assert salvage.whole and "no checksum of the data section" in salvage.notes
+    assert salvage.whole
     while at < len(data) - len(MAGIC):
         kind, length = PREFIX.unpack_from(data, at)
         known += [at] * (kind == opcode)

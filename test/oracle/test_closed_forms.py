@@ -60,7 +60,6 @@ def test_half_power_frequency_of_the_butterworth_of_appendix_a(meet, hz):
         stop_hz=50.0,
         stop_db=40.0,
         meet=meet,
-        discretisation="bilinear",
     )
     assert half_power_hz(params, tick_s=TICK_S) == pytest.approx(hz, abs=5e-4)
     sos = design(params, tick_s=TICK_S)
@@ -76,7 +75,6 @@ FILTERS = st.one_of(
         kind=st.just("butterworth"),
         stop_hz=st.floats(30.0, 400.0),
         meet=st.sampled_from(["pass", "stop"]),
-        discretisation=st.sampled_from(["bilinear", "matched"]),
     ),
 )
 

@@ -24,7 +24,7 @@ FILTERS = (
     {"kind": "first_order", "pole_rad_s": 50.0},
     {"kind": "first_order", "cutoff_hz": 12.0},
     {"kind": "butterworth", "pass_hz": 25.0, "stop_hz": 50.0},
-    {"kind": "butterworth", "pass_hz": 20.0, "stop_hz": 70.0, "discretisation": "matched"},
+    {"kind": "butterworth", "pass_hz": 20.0, "stop_hz": 70.0},
     {"kind": "integrate_and_dump"},
     {"kind": "none"},
 )

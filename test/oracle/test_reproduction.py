@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from pmwvc_analysis.maps.z_width import simulated_z_width
 from reproduction import pages
 from reproduction.claim import Claim, verdict
 from reproduction.compensation import largest_stiffness
 from reproduction.registry import FIGURES
 from reproduction.scenarios import scenario
+from reproduction.simulated_width import simulated_z_width
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
 LARGEST_PICTURE = 170_000

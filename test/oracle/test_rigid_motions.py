@@ -87,7 +87,7 @@ def test_a_uniform_motion_goes_on(controller, live):
         device__velocity="euler",
     )
     linear = Linear(loop_of(scenario, live=live))
-    names, of = linear.states, {"period_s": linear.ticks * scenario.tick_s}
+    names, of = [name for name, _ in linear.states], {"period_s": linear.ticks * scenario.tick_s}
     drift = going_on(linear, names.index("server.environment.body.xd"))
     rest = linear.transition @ drift - drift
     under_way = [name.startswith("packet under way") for name in names]

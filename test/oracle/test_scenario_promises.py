@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.compare.rendered import (
-    ideal_rendering,
     measured_rendering,
     rendering,
 )
 from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
@@ -187,7 +187,7 @@ def test_a_local_model_brings_the_first_resonance_nearer_to_the_ideal():
     )
     plain = scenarios.load("wall_local_model", settings_texts=("master.bank.kind=none",))
     without = rendering(ran("wall_local_model", "master.bank.kind=none")[0], plain, live=False)
-    ideal = ideal_rendering(scenario).first_peak_hz
+    ideal = rendering(traces, ideal_of(scenario), live=False).first_peak_hz
     assert result["stable"]
     assert result["users"][0]["safety_events"] == 0
     assert modelled.k_felt == pytest.approx(500.0, rel=0.01)

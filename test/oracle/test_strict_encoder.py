@@ -16,7 +16,6 @@ from pmwvc_analysis.budget.criterion import bounded
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.text import encoder_lines
-from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
@@ -189,17 +188,12 @@ def test_the_report_names_bound_and_amount():
     scenario = coarse(25.0, 100e-6)
     traces = simulated(scenario)
     result = summary(traces, scenario)
-    found = [each for each in outcomes(scenario, result) if each.what == "encoder"]
-    assert [(each.owner, each.hit) for each in found] == [("user1", True), ("user2", True)]
-    assert "was predicted to give out at most 25 µJ" in found[0].text
-    assert 0.0 < found[0].measured <= found[0].predicted == pytest.approx(25e-6)
     assert result["passivity"]["passive"]
     assert "passive within the encoder's bound of 25 µJ" in result["passivity"]["text"]["user1"]
     assert result["passivity"]["components"] == []
     port = next(p for p in result["passivity"]["ports"] if p["part"] == "hand_port")
     assert port["encoder_bound_j"] == pytest.approx(25e-6)
-    port["least_balance_j"] = -3e-5
-    assert outcomes(scenario, result)[1].hit is False
+    assert -port["encoder_bound_j"] <= port["least_balance_j"] < 0.0
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_544,
+        3_387,
         2_500,
         inside(
             "pmwvc_core",
@@ -40,9 +40,10 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
+    "scenes": Room(372, 380, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_914,
+        4_881,
         4_700,
         (
             *inside(
@@ -53,7 +54,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_650, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        4_606,
+        3_993,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -62,12 +63,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_948,
+        4_093,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_389,
+        3_257,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),
@@ -75,12 +76,12 @@ ROOMS = {
         ),
     ),
     "figures and reports": Room(
-        2_480, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_253, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_409, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_201, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        582,
-        582,
+        581,
+        581,
         inside(
             "pmwvc_master",
             "devices/vendor.py",
@@ -89,8 +90,8 @@ ROOMS = {
             "devices/force_dimension.py",
         ),
     ),
-    "nodes": Room(2_097, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_426, 3_000, ("pmwvc_view",)),
+    "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_034, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 WHEEL = ("pmwvc_core", "pmwvc_analysis", "pmwvc_view", "pmwvc_bringup")
-OPTIONAL = {"numba"}  # one module needs it, which nothing imports without wanting it
+OPTIONAL = {"numba", "mujoco"}  # one module needs it, which nothing imports without wanting it
 MODULES = {"pyyaml": "yaml"}  # where names differ
 ROS = {
     "rclpy", "std_msgs", "std_srvs", "rcl_interfaces", "diagnostic_msgs", "builtin_interfaces",

@@ -33,7 +33,7 @@ def test_python_page_runs_from_top_to_bottom(folder, capsys):
     assert forces == sorted(forces, reverse=True) and forces[-1] > 0.1  # softer over a delay
     made = {str(path.relative_to(folder)) for path in folder.rglob("*.*")}
     assert {"carry.png", "figures/positions.svg", "sessions/mine/session.mat"} <= made
-    assert {"sessions/mine/csv/user1.csv", "sessions/mine/session.h5"} <= made
+    assert {"sessions/mine/csv/user1.csv", "sessions/mine/session.mat"} <= made
 
 
 @pytest.mark.parametrize("name", ["wave_line", "recorded_session"])

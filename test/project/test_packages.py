@@ -31,7 +31,7 @@ DEVICES = {
     "haply": "pmwvc_master.devices.haply:HaplyDevice",
     "force_dimension": "pmwvc_master.devices.force_dimension:ForceDimensionDevice",
 }
-OPTIONAL = {"numba"}  # one module needs it, which says so where it is missing
+OPTIONAL = {"numba", "mujoco"}  # one module needs it, which says so where it is missing
 ROSDEP_KEYS = {
     "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",

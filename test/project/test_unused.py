@@ -18,11 +18,7 @@ OTHERS = [
     *ROOT.glob("pmwvc_*/launch/*.py"),
     *ROOT.glob("tools/**/*.py"),
 ]
-ALLOWED = {
-    "pmwvc_core.compiled:_chain": "Numba",
-    "pmwvc_core.compiled:_columns": "Numba",
-    "pmwvc_core.compiled:_each": "Numba",
-}
+ALLOWED = {}
 
 
 def names(*arguments):

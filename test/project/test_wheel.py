@@ -161,8 +161,6 @@ def test_every_command_works_where_the_most_calls_are_missing(fresh, tmp_path):
         said = run(fresh / "env/bin/pmwvc", *words, **options)
         assert wanted in said and "Traceback" not in said, (words, said)
     assert (tmp_path / "one" / "report.html").exists()
-    told = run(fresh / "env/bin/pmwvc", "export", "one", "--as", "hdf5", code=2, **options)
-    assert "pip install 'pmwvc[hdf5]'" in told
 
 
 def test_doctor_finds_nothing_wrong_in_a_sound_environment_of_pip(fresh, system, tmp_path):

@@ -14,7 +14,7 @@ from pmwvc_core.params.server import DECODINGS, HuntCrossleyParams
 from pmwvc_core.server.environments import LIBRARY
 
 NETWORKS = {"network": Network, "open network": OpenNetwork}
-ANY = (*NETWORKS, *sorted(LIBRARY))
+ANY = (*NETWORKS, *sorted(name for name, record in LIBRARY.items() if record.made))
 PAYING = (("corrected", "late"), ("ledger", "late"), ("ledger", "secant"))
 TOLERANCE_J = 1e-9
 

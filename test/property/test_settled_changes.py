@@ -23,15 +23,7 @@ BASE = (
 )
 PLAIN = ("channel=plain",)
 POLE = (*PLAIN, "master.filter.kind=first_order", "master.filter.pole_rad_s=50")
-CUTOFF = (*PLAIN, "master.filter.kind=first_order", "master.filter.cutoff_hz=20")
-BUTTERWORTH = (*PLAIN, "master.filter.kind=butterworth", "master.filter.stop_hz=50")
 FED_BACK = ("master.position.gain=20", "master.position.storage_j=0.005")
-FILTERED = ("master.velocity_filter.kind=exact", "master.velocity_filter.cutoff_hz=20")
-ONE_POLE = (
-    "master.velocity_filter.kind=equivalent",
-    "master.velocity_filter.order=1",
-    "master.velocity_filter.alpha=0.93",
-)
 SMALL_TANK = (*POLE, "master.position.gain=100", "master.position.most_j=1e-6")
 MODEL = ("master.bank.kind=complementary",)
 OUTAGE = ("link.schedule=1.4 outage; 1.8 base",)
@@ -70,22 +62,6 @@ CASES = (
     Case("master.impedance", 40.0),
     Case("master.impedance", 40.0, PLAIN),
     Case("master.rate_drop", 4, LATER),
-    Case("master.hold", "zoh", PLAIN),
-    Case("master.filter.kind", "none", PLAIN),
-    Case("master.filter.pole_rad_s", 120.0, POLE),
-    Case("master.filter.cutoff_hz", 10.0, CUTOFF),
-    Case("master.filter.stop_hz", 90.0, BUTTERWORTH),
-    Case("master.filter.pass_hz", 15.0, BUTTERWORTH),
-    Case("master.filter.pass_db", 10.0, BUTTERWORTH),
-    Case("master.filter.stop_db", 50.0, BUTTERWORTH),
-    Case("master.filter.meet", "stop", BUTTERWORTH),
-    Case("master.filter.discretisation", "matched", BUTTERWORTH),
-    Case("master.velocity_filter.order", 3, FILTERED),
-    Case("master.velocity_filter.share", 0.3, FILTERED),
-    Case("master.velocity_filter.cutoff_hz", 40.0, FILTERED),
-    Case("master.velocity_filter.cutoff_hz", 40.0, (*PLAIN, *FILTERED)),
-    Case("master.velocity_filter.alpha", 0.8, ONE_POLE),
-    Case("master.bank.split_rad_s", 60.0, MODEL),
     Case("master.local_model.stiffness", 900.0, MODEL),
     Case("master.local_model.damping", 9.0, MODEL),
     Case("master.local_model.acts", "above", MODEL),

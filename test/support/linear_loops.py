@@ -109,8 +109,8 @@ def modelled(model, forces):
     ``(users, ticks)``, or ``(users, ticks, dof)``.
     """
     users, ticks, axes = len(model.scenario.users), model.ticks, forces.shape[2:]
-    whole = held(model, model.delays > 0)
-    n, matrix = len(whole.states), whole.matrix[0]
+    states, (matrix,) = held(model)
+    n = len(states)
     frames = -(-forces.shape[1] // ticks)
     padded = np.zeros((users, frames * ticks, *axes))
     padded[:, : forces.shape[1]] = forces
@@ -119,6 +119,6 @@ def modelled(model, forces):
         f = padded[:, frame * ticks : (frame + 1) * ticks].ravel()
         after = matrix @ np.concatenate([state, f])
         state = after[:n]
-        read.append(after[n + whole.sent :].reshape(users, len(OUTPUTS), ticks, *axes))
+        read.append(after[n + model.sent :].reshape(users, len(OUTPUTS), ticks, *axes))
     found = np.concatenate(read, axis=2)[:, :, : forces.shape[1]]
     return {name: found[:, place] for place, name in enumerate(OUTPUTS)}

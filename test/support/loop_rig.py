@@ -20,8 +20,8 @@ FRAME_S = 0.008
 class Device:
     """A device that stands still and remembers what it was told."""
 
-    def __init__(self, pacing):
-        self.info = DeviceInfo(model="test", dof=1, hand_force_known=True, pacing=pacing)
+    def __init__(self):
+        self.info = DeviceInfo(model="test", dof=1, hand_force_known=True)
         self.sample = DeviceSample(x=0.1, xd=0.02, f_h=0.5)
         self.forces = []
         self.couplings = 0
@@ -51,7 +51,6 @@ class Wires:
         self.sent = []
         self.blocks = []
         self.energies = []
-        self.motions = 0
 
     def take(self):
         arrived, self.arrived = self.arrived, []
@@ -65,15 +64,12 @@ class Wires:
         self.blocks.append((block.first_tick, block.start_ns, series))
         self.energies.append(block.energy)
 
-    def publish_motion(self, sample, f, due_ns):
-        self.motions += 1
-
 
 class Rig:
     """A loop between fakes, and a clock that shows what the test says."""
 
-    def __init__(self, *, rate_drop=TICKS, pacing="host", channel="plain"):
-        self.device, self.wires, self.now_ns = Device(pacing), Wires(), 0
+    def __init__(self, *, rate_drop=TICKS, channel="plain"):
+        self.device, self.wires, self.now_ns = Device(), Wires(), 0
         self.server = Packer(99, period=FRAME_S)
         protocol = UserEnd(
             User("user1", master=MasterParams(rate_drop=rate_drop)),
@@ -86,7 +82,6 @@ class Rig:
             self.device,
             link=self.wires,
             publish_trace=lambda *of: self.wires.publish_trace(*of),
-            publish_motion=self.wires.publish_motion,
             tick_s=0.001,
             dof=1,
             clock=lambda: self.now_ns,

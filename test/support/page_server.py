@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Array
+from pmwvc_core.traces import UserTraces
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.tape import F_APPLIED, TraceBlock
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.simulated import SimulatedSession
@@ -108,11 +108,11 @@ def served(
     forces: dict[str, list[Array]] = {}
     on_master = Feed.on_master
 
-    def kept(feed: Feed, user: str, block: TraceBlock) -> None:
-        if user in silent:
+    def kept(feed: Feed, traces: UserTraces) -> None:
+        if traces.name in silent:
             return
-        forces.setdefault(user, []).append(block.signals[F_APPLIED])
-        on_master(feed, user, block)
+        forces.setdefault(traces.name, []).append(traces.f_applied)
+        on_master(feed, traces)
 
     Feed.on_master = kept  # type: ignore[method-assign]
     try:

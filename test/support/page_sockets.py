@@ -29,18 +29,15 @@ class HandmadeSession(Session):
     def __init__(self, users=("user1", "user2")) -> None:
         super().__init__(live=False)
         self.layout = Layout(users, 1)
-        self.names = users
+        self.remote, self.wanted = users, scenarios.load("carry_16ms")
         self.polls = 0
         self.peaks: dict[int, float] = {}  # poll -> f_max of user1
         self.targets: queue.Queue = queue.Queue()
         self._news = threading.Condition()
         self.busy: threading.Semaphore | None = None  # each poll is told with targets, and waits
 
-    def description(self):
-        return {"users": [{"name": name, "remote": True} for name in self.names]}
-
-    def scenario(self):
-        return scenarios.load("carry_16ms")
+    def message(self, holders):
+        return {"kind": "session", "users": list(holders), "layout": self.layout.to_page()}
 
     def poll(self):
         if self.busy is not None:
@@ -64,7 +61,7 @@ class HandmadeSession(Session):
     async def pause(self, paused):
         return Handled(True, "paused")
 
-    _remote = _preset_name = _state = _change = None
+    _give = _notes = _change = None
 
     def close(self):
         pass

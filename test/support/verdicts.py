@@ -41,7 +41,7 @@ def judged_passive(session, only_users: bool = False) -> None:
     ``only_users``: of a controller that promises nothing of the server. One that couples to the
     object as sampled gives out some energy of the step, more so where packets come unevenly.
     """
-    given_j = {user.name: _held_j(user) for user in read_session(session.folder).users}
+    given_j = {user.name: given_while_still_j(user) for user in read_session(session.folder).users}
     found = session.summary()["passivity"]
     for port in found["ports"]:
         if only_users and port["owner"] not in given_j:
@@ -50,7 +50,7 @@ def judged_passive(session, only_users: bool = False) -> None:
         assert port["passive"] or port["least_balance_j"] >= -allowed_j, (port, found["text"])
 
 
-def _held_j(user) -> float:
+def given_while_still_j(user) -> float:
     """Return the energy that the last force gave over ticks that were missed [J]."""
     rows = np.flatnonzero(np.diff(user.tick) > 1)
     taken = np.sum(user.f_applied[rows] * (user.x_m[rows + 1] - user.x_m[rows]), axis=-1)

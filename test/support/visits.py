@@ -71,6 +71,8 @@ def visited(folder: Path) -> dict[str, Any]:
                 first.target, second.target = -0.016, 0.016
                 until(lambda: abs(first.value("user1.f_applied")) > 1.0, *both)
                 found["squeezed"] = abs(first.value("user1.f_applied"))
+                squeezed_s = first.value("time_s")
+                until(lambda: first.value("time_s") > squeezed_s + 0.3, *both)
                 second.target = None  # its hand lets go by silence; asking takes its time
                 found["delay"] = first.page.ask("set", path="link.delay_s", value=0.02)
                 found["beyond"] = first.page.ask("set", path="link.loss", value=2.0)

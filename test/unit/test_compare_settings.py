@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parameters of each controller in a comparison, and its conclusions."""
 
-import dataclasses
 import re
 
 import pytest
 from support.plain import load
 
-from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Compared
 from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
 from pmwvc_analysis.figures.comparison_charts import measures
@@ -33,7 +31,8 @@ def silent(ratio):
 def test_parameters_that_are_given_are_kept(controller):
     name = f"baseline.{controller}.damping"
     for texts in ([f"{name}=2.5"], [f"{name}={DEFAULTS[controller].damping}"]):
-        (only,) = combinations("carry_16ms", [], controllers=[controller], settings_texts=texts)
+        texts = [f"controller={controller}", *texts]
+        (only,) = combinations("carry_16ms", [], settings_texts=texts)
         kept, words = tuned(only.scenario, silent, given=only.given)
         assert kept == only.scenario
         assert words.startswith(GIVEN)
@@ -83,28 +82,6 @@ def entry(controller, delay_s=0.016, **measures):
     )
 
 
-def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
-    active = {"passive": False, "active_part": "user1: link, both ways", "energy_min_j": -2e-3}
-    free = {"mass_free_kg": 0.25, "damping_free_n_s_m": 9.0, "free_hz": 1.0}
-    entries = [
-        entry("waves", k_felt=300.0, mass_free_kg=1.0, damping_free_n_s_m=0.1, free_hz=1.0),
-        entry("tdpa", k_felt=800.0, **free, **active),
-        entry("direct", stable=False, instability="diverged", passive=None),
-        entry("waves", 0.06, k_felt=100.0),
-        entry("tdpa", 0.06, stable=False, instability="limited by safety"),
-    ]
-    conditions, near, far = conclusion(entries)
-    assert conclusion(entries[:1]) == []
-    assert "delay 16 ms each way or delay 60 ms each way" in conditions
-    assert near.startswith("With link.delay_s = 0.016: Not stable: direct (diverged).")
-    assert "tdpa renders the stiffest contact, 800 N/m" in near
-    assert "The stiffest that stayed passive is waves, 300 N/m" in near
-    assert "waves (1 kg and 0.1 N s/m) takes the least force to move" in near
-    assert "Not passive, with port and least balance: tdpa (user1: link" in near
-    assert "Passivity not judged: direct." in near
-    assert "tdpa (limited by safety)" in far and "waves renders the stiffest" in far
-
-
 def test_a_session_that_was_not_judged_is_neither_stable_nor_unstable():
     entries = [entry("waves", coherency_rms_m=1e-3), entry("tdpa", stable=None, passive=None)]
     entries[1].measures["coherency_rms_m"] = 2e-3
@@ -113,7 +90,7 @@ def test_a_session_that_was_not_judged_is_neither_stable_nor_unstable():
     assert judged == ("good", "✓ stable")
     assert open_ == ("", "? stability not judged, passivity not judged")
     sessions = [row(one) for one in entries]
-    _, first, second, *_ = report.lines({"sessions": sessions, "conclusion": []})
+    _, first, second, *_ = report.lines({"sessions": sessions})
     assert first.endswith("  stable")
     assert second.endswith("  not judged, passivity not judged")
     offsets = measures(entries).panels[0].dots
@@ -122,16 +99,3 @@ def test_a_session_that_was_not_judged_is_neither_stable_nor_unstable():
         "not stable": [],
         "not judged": [2.0],
     }
-
-
-def test_the_conclusion_names_recorded_delays_with_their_size(tmp_path):
-    path = tmp_path / "delays.txt"
-    path.write_text("0 10\n0.1 30\n")
-    words = ["delay_s=0", "jitter=trace", f"trace_file={path}", "trace_scale=0.001"]
-    scenario = load("wall", settings_texts=[f"link.{word}" for word in words])
-    entries = [
-        dataclasses.replace(entry(name, k_felt=1.0), scenario=scenario)
-        for name in ("waves", "tdpa")
-    ]
-    text = f"the delays of {path}, 20 ms on the mean and 30 at most"
-    assert f"delay 0 ms each way, {text}, contact" in conclusion(entries)[0]

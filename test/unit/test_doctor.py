@@ -105,10 +105,10 @@ def test_a_force_that_safety_limited_does_not_count_against_the_port():
     assert (~same_force).any()  # limited
     assert same_force.any()  # and ticks that cover the deficit
     assert inconsistencies(traces, scenario) == []
-    # the control: shortened by another amount
-    user.u_m[shortened] *= 0.9
+    # the control: another wave before any limit
+    user.u_m[: shortened[0]] *= 0.9
     user.energy["u_m"] = np.cumsum(user.u_m[:, 0] ** 2)[7::8] * user.tick_s / 2
-    assert any("as far as F xd pays" in line for line in inconsistencies(traces, scenario))
+    assert any("u_m is not sqrt(2b) xd" in line for line in inconsistencies(traces, scenario))
 
 
 def test_what_a_recording_lacks_or_stopped_early_is_a_warning(folder, tmp_path):

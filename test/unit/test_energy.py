@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Energy balances of the channel from traces."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support import handmade
@@ -12,6 +14,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.block_sums import BlockSums
 from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.traces.thresholds import TOLERANCE_J
+from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
 
@@ -62,7 +65,7 @@ def test_a_gap_in_the_record_is_not_judged_and_leaves_no_hole():
     without_blocks(holed.users[0], gone)
     expected, found = user_energies(whole)[0], user_energies(holed)[0]
     assert found.passive
-    (hole,) = found.stretches.unjudged
+    (hole,) = found.unjudged
     assert hole.why == "not recorded"
     assert (hole.start_s, hole.end_s) == pytest.approx(
         (gone.start * FRAME_S, (gone.stop + 1) * FRAME_S), abs=1e-3
@@ -176,46 +179,42 @@ def restarted(again, *, lost=0):
     return traces
 
 
-def test_each_life_of_a_master_is_a_balance_of_its_own():
-    traces = restarted(200, lost=3)
-    u_s = traces.server.energy_u_s[0]
-    u_s[200:] -= u_s[202] - u_s[199]  # the server takes nothing of what its predecessor sent
-    u_s[200:203] = u_s[199]
+def test_the_balances_end_where_a_master_was_started_again():
+    traces, whole = restarted(200, lost=3), user_energies(handmade.session())[0]
     found = user_energies(traces)[0]
-    assert found.passive
-    (hole,) = found.stretches.unjudged
-    assert hole.why == "started again"
-    assert hole.end_s - hole.start_s < 5 * FRAME_S
-    second = found.up.time_s >= hole.end_s
-    assert second.sum() > 250
-    own = np.diff(found.up.energy_in_j[second])
-    user = traces.users[0]
-    np.testing.assert_allclose(own, np.diff(user.energy["u_m"])[-len(own) :], atol=1e-12)
-    # the control: what comes from the server for nothing is seen however small the surplus was
-    left = found.up.balance_j[second][0]
-    assert 0.0 <= left <= (DELAY_FRAMES + 2) * IN_FLIGHT_J
-    traces.server.energy_u_s[0][400:] += found.up.balance_j[second].max() + 2e-6
-    assert not user_energies(traces)[0].passive
-
-
-def test_energy_that_a_later_life_makes_is_found():
-    traces = restarted(200)
-    assert user_energies(traces)[0].passive
-    traces.server.energy_u_s[0][300:] += np.linspace(0.0, 5e-3, 200)
-    assert not user_energies(traces)[0].passive
-
-
-def test_a_server_that_was_started_again_interrupts_no_balance():
-    traces, whole = handmade.session(), user_energies(handmade.session())[0]
-    server = traces.server
-    server.step[250:] -= server.step[249]
-    found = user_energies(traces)[0]
-    assert found.passive
+    (again,) = found.unjudged
+    assert again.why == "user1 was started again"
+    assert again.start_s == pytest.approx(197 * FRAME_S, abs=2 * FRAME_S)
+    assert again.end_s == pytest.approx(traces.server.time_s[-1], abs=FRAME_S)
     for way in ("up", "down", "joint"):
-        balance = getattr(found, way).balance_j
-        np.testing.assert_allclose(balance, getattr(whole, way).balance_j, atol=1e-12)
-    server.energy_u_s[0][250:] += 1.0
-    assert not user_energies(traces)[0].passive
+        balance = getattr(found, way)
+        rows = len(balance.time_s)
+        assert balance.time_s[-1] < again.start_s < balance.time_s[-1] + 2 * FRAME_S
+        np.testing.assert_allclose(balance.balance_j, getattr(whole, way).balance_j[:rows])
+    assert found.passive is None  # what comes later is not known
+    other = user_energies(traces)[1]
+    assert other.passive and other.unjudged == []
+    # the control: what was made before is a violation all the same
+    traces.server.energy_u_s[0][100:] += 5e-3
+    assert user_energies(traces)[0].passive is False
+
+
+def test_the_balances_end_where_the_server_was_started_again():
+    traces, whole = handmade.session(), user_energies(handmade.session())[0]
+    traces.server.step[250:] -= traces.server.step[249]
+    judged = passivity(traces, handmade.scenario(), None)
+    for entry in user_energies(traces):
+        assert len(entry.up.time_s) == 250 and entry.passive is None
+        np.testing.assert_allclose(entry.up.balance_j, whole.up.balance_j[:250], atol=1e-12)
+    again_s = traces.server.time_s[250]
+    for owner in ("user1", "user2", "server"):
+        assert judged.passive(owner) is None
+        text = f"passivity not judged from {again_s:.2f} to "
+        assert verdict(judged, owner).startswith(text)
+        assert verdict(judged, owner).endswith("server was started again")
+    # the control: what was made before is a violation all the same
+    traces.server.energy_u_s[0][100:] += 1.0
+    assert passivity(traces, handmade.scenario(), None).passive("user1") is False
 
 
 def test_a_master_that_was_found_late_is_judged_from_there():
@@ -271,7 +270,9 @@ def test_behind_an_encoder_the_hand_is_judged_by_its_true_motion():
 
 
 def test_a_real_encoder_leaves_the_work_open_and_nothing_is_claimed():
-    traces, scenario = carried()
+    traces, known = carried()
+    real = [replace(user, device=replace(user.device, plugin="real")) for user in known.users]
+    scenario = replace(known, users=tuple(real))
     for user in traces.users:  # its master knows no more than the encoder
         moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
         user.energy["device"] = np.cumsum(np.sum(user.f_applied * moved, axis=-1))[

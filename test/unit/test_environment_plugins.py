@@ -4,6 +4,7 @@
 
 import re
 import sys
+import textwrap
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -111,9 +112,29 @@ def test_a_simulated_session_goes_on_and_tells_what_failed(lab, monkeypatch):
     assert set(traces.server.accounts) >= {"contained", "withheld", "tank", "granted"}
 
 
-def test_the_environment_of_the_documentation_works(lab):
+def documented():
+    """Return the two environments of the documentation, as source."""
     text = (Path(__file__).resolve().parents[2] / "docs" / "environments.md").read_text("utf-8")
-    [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    jelly, meeting_wall = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    return jelly, "class Wall:\n" + textwrap.indent(meeting_wall, "    ")
+
+
+def test_the_wall_of_the_documentation_is_as_stiff_as_it_says():
+    found = {}
+    exec(compile(documented()[1], "docs/environments.md", "exec"), found)
+    wall = found["Wall"]()
+    wall.x, wall.K, wall.B = np.zeros((1, 1)), 1e6, 0.0
+    server = Users(ServerParams(coupling="unknown"), [ContactParams()], environment=wall)
+    server.join(0, -0.03)
+    for _ in range(100):
+        server.step([1.0 / 50.0**0.5])  # 1 N
+    assert server.f_s[0] == pytest.approx(1.0)
+    assert wall.x.item() == pytest.approx(1e-6)
+    assert server.x_s[0] == pytest.approx(-0.03 + 1e-6)
+
+
+def test_the_environment_of_the_documentation_works(lab):
+    source = documented()[0]
     lab_module = sys.modules["lab_environments"]
     exec(compile(source, "docs/environments.md", "exec"), vars(lab_module))
     server = server_at("jelly", SimpleNamespace(jelly=lab_module.JellyParams()))

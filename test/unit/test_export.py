@@ -5,7 +5,6 @@
 import csv
 from dataclasses import fields
 
-import h5py
 import numpy as np
 import pytest
 from scipy.io import loadmat
@@ -66,19 +65,12 @@ def test_csv_holds_the_numbers_by_axis_and_their_units(tmp_path, scenario, trace
     assert dict(zip(*named.values(), strict=True))["link.up.delay_s"] == "0.008"
 
 
-@pytest.mark.parametrize("kind", ["mat", "hdf5"])
-def test_matrices_are_those_of_the_traces(tmp_path, scenario, traces, kind):
-    file = tmp_path / f"session.{kind}"
-    export(file, traces, scenario, kind=kind)
-    if kind == "mat":
-        content = loadmat(file, simplify_cells=True)
-        units = content["units"]["user1"]["x_m"]
-        parameters = dict(content["parameters"])
-    else:
-        content = h5py.File(file)
-        units = content["user1/x_m"].attrs["unit"]
-        parameters = content.attrs
-    assert units == "m"
+def test_matrices_are_those_of_the_traces(tmp_path, scenario, traces):
+    file = tmp_path / "session.mat"
+    export(file, traces, scenario, kind="mat")
+    content = loadmat(file, simplify_cells=True)
+    parameters = dict(content["parameters"])
+    assert content["units"]["user1"]["x_m"] == "m"
     assert parameters["master.impedance"] == 25.0 and parameters["scenario"] == "cube_3d"
     for table in tables(traces):
         for name, values in table.columns.items():
@@ -87,11 +79,11 @@ def test_matrices_are_those_of_the_traces(tmp_path, scenario, traces, kind):
 
 def test_the_command_writes_into_the_session_folder(tmp_path, scenario, traces, capsys):
     record_traces(tmp_path / "session", traces, scenario)
-    assert main(["export", str(tmp_path / "session"), "--as", "hdf5"]) == 0
-    assert capsys.readouterr().out == f"{tmp_path / 'session' / 'session.h5'}\n"
-    recorded = h5py.File(tmp_path / "session" / "session.h5")
-    np.testing.assert_allclose(recorded["user2/x_m"][:], traces.users[1].x_m, atol=1e-15)
-    assert recorded["fates_user1_up/seq"][0] == 1
+    assert main(["export", str(tmp_path / "session"), "--as", "mat"]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'session' / 'session.mat'}\n"
+    recorded = loadmat(tmp_path / "session" / "session.mat", simplify_cells=True)
+    np.testing.assert_allclose(recorded["user2"]["x_m"], traces.users[1].x_m, atol=1e-15)
+    assert recorded["fates_user1_up"]["seq"][0] == 1
 
 
 def test_what_cannot_be_written_is_refused_by_path(tmp_path, scenario, traces):
@@ -99,6 +91,6 @@ def test_what_cannot_be_written_is_refused_by_path(tmp_path, scenario, traces):
     for kind in KINDS:
         with pytest.raises(RecordingError, match=r"cannot write .*taken"):
             export(tmp_path / "taken" / "x", traces, scenario, kind=kind)
-    with pytest.raises(PmwvcError, match="'xls': there are csv, mat, hdf5"):
+    with pytest.raises(PmwvcError, match="'xls': there are csv, mat"):
         export(tmp_path / "x", traces, scenario, kind="xls")
     assert main(["export", str(tmp_path / "nowhere")]) == 2

@@ -177,6 +177,6 @@ def test_limits_are_those_of_the_model_and_parameters_the_nodes():
     with ros(parameter_overrides=given, **options) as peer:
         device = ForceDimensionDevice(vendor_setup("force_dimension", 3, node=peer.node))
     assert (device.info.model, device.info.max_force) == ("falcon", 8.0)
-    assert (device.info.workspace_m, device.info.dof, device.info.pacing) == (0.04, 3, "host")
+    assert (device.info.workspace_m, device.info.dof) == (0.04, 3)
     with pytest.raises(ParameterError, match=r"one of omega\.3, .*falcon"):
         ForceDimensionParams(model="omega.9")

@@ -325,9 +325,9 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy():
 def test_two_devices_of_one_service_have_a_master_each(waiting):
     with InverseService(ids=("049D", "04A1")) as service:
         with opened(service, device_id="049D") as one, opened(service, device_id="04A1") as two:
-            for device in (one, two):
+            for name, device in (("049D", one), ("04A1", two)):
                 device.write(1.0)
-                assert service.force() == (device.info.serial, {"x": -1.0, "y": 0.0, "z": 0.0})
+                assert service.force() == (name, {"x": -1.0, "y": 0.0, "z": 0.0})
 
 
 def node_of(service, **given):

@@ -17,7 +17,6 @@ from pmwvc_analysis.figures.model_charts import stability_map as draw
 from pmwvc_analysis.maps.maps import (
     Grid,
     MapAxis,
-    MapPoint,
     boundary_of,
     compute,
     growth_per_s,
@@ -74,15 +73,13 @@ def test_processes_change_nothing():
 
 def test_every_file_holds_the_same_map(tmp_path):
     of, radius = grid(), computed()
-    measured = [MapPoint("one", 500.0, 0.008, True), MapPoint("two", 2900.0, 0.016, False)]
-    write_data(tmp_path, of, radius, measured)
-    draw(tmp_path, of, radius, measured)
+    write_data(tmp_path, of, radius)
+    draw(tmp_path, of, radius)
     with np.load(tmp_path / "map.npz") as stored:
         np.testing.assert_array_equal(stored["spectral_radius"], radius)
     np.testing.assert_array_equal(loadmat(tmp_path / "map.mat")["spectral_radius"], radius)
     content = json.loads((tmp_path / "map.json").read_text())
     assert content["spectral_radius"] == radius.tolist()
-    assert [entry["stable"] for entry in content["sessions"]] == [True, False]
     with (tmp_path / "map.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["spectral_radius"]) for row in rows] == radius.ravel().tolist()

@@ -4,7 +4,6 @@
 
 import asyncio
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_view import controls
 from pmwvc_view.description import predicted
-from pmwvc_view.feed.verdict import Notices
 from pmwvc_view.session import RATE, towards
 from pmwvc_view.simulated import SimulatedSession
 
@@ -107,23 +105,11 @@ def test_dragging_the_delay_up_drops_no_hand_and_a_step_would():
     rows = running.polls(120, drag)
     assert set(running.value(rows, "user1.state")) == {1.0}
     assert running.value(rows, "user1.delay_up")[-1] == pytest.approx(0.09, abs=1e-3)
-    (notice,) = running.session.news()["text"]["notices"]
-    assert "the delay grew, to 90 ms" in notice
     simulation = running.session._simulation
     far = controls.changed(LIVE, {"link.delay_s": 0.3})
     simulation.change(far)  # the control: at once
     rows = running.polls(40, drag)
     assert 2.0 in set(running.value(rows, "user1.state"))
-
-
-@pytest.mark.parametrize(("channel", "held"), [("plain", True), ("strict", False)])
-def test_delay_that_grows_is_noted_and_energy_only_of_waves_that_are_held(channel, held):
-    old = replace(LIVE, channel=channel)
-    notices = Notices()
-    notices.changed(old, controls.changed(old, {"link.delay_s": 0.05}))
-    (text,) = notices.texts()
-    assert "the delay grew, to 50 ms" in text
-    assert ("can generate energy" in text) == held
 
 
 @settings(max_examples=8, deadline=None)
@@ -163,7 +149,7 @@ def test_restart_with_another_controller_begins_anew_with_the_same_hands():
     assert not running.set("controller", "direct").done
     assert running.session.restart({"controller": "direct"}).done
     assert running.session.generation == before + 1
-    assert running.session.description()["controller"] == "direct"
+    assert running.session.message({})["controller"] == "direct"
     rows = running.polls(70, [("user1", (-0.02,))])
     assert np.isnan(running.value(rows, "user1.energy_up_min")).all()
     assert running.value(rows, "user1.held")[-1] == 1.0

@@ -12,8 +12,9 @@ from support.plain import load
 from support.simulated import judged, simulated
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_view.feed.feed import PATIENCE_NS, Feed
-from pmwvc_view.feed.tape import F_APPLIED, KEPT, TraceBlock, TraceStep
+from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, UserTraces
+from pmwvc_view.feed import rows as rows_module
+from pmwvc_view.feed.feed import PATIENCE_S, Feed
 from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.recorded import RecordedSession
@@ -22,45 +23,50 @@ from pmwvc_view.simulated import Simulation
 USERS = ("user1", "user2")
 MS = 1_000_000
 PERIOD_S = 0.016
-LIVE = load("live")
+LIVE, ALONE = load("live"), load("wall")
 
 
-def block(start_ms, forces, **changes):
-    """Return a block of a master whose position is its time."""
-    count = len(forces)
-    times = (start_ms + np.arange(float(count))).reshape(-1, 1)
-    signals = np.zeros((len(KEPT), count, 1))
-    signals[KEPT.index("x_m")] = times
-    signals[F_APPLIED, :, 0] = forces
-    made = TraceBlock(
-        start_ns=start_ms * MS,
-        period_ns=MS,
-        signals=signals,
-        lateness_s=[1e-5] * count,
-        state=1,
-        reason="",
-        missed=0,
-        epoch=1,
-        sums=None,
-    )
-    return made._replace(**changes)
+def block(start_ms, forces, *, name="user1", late_s=1e-5, first_tick=None, up_j=0.0):
+    """Return a block of a master whose position is its time; ``up_j`` is what it has sent."""
+    count, first = len(forces), start_ms if first_tick is None else first_tick
+    times_s = 1e-3 * (start_ms + np.arange(float(count)))
+    zeros = np.zeros((count, 1))
+    signals = dict.fromkeys(("xd_m", "f_h", "f_m", "u_m", "u_m_lp"), zeros)
+    signals |= {"x_m": 1e3 * times_s[:, np.newaxis], "v_m": zeros + 1e-3}
+    sums = dict.fromkeys(ENERGIES, np.zeros(1)) | {"u_m": np.array([up_j])}
+    return UserTraces(
+        name=name, tick_s=1e-3, time_s=times_s, tick=first + np.arange(count),
+        f_applied=np.reshape(np.asarray(forces, dtype=float), (-1, 1)), compute_s=np.zeros(count),
+        lateness_s=np.full(count, late_s), block_time_s=np.array([1e-3 * (start_ms + count)]),
+        state=np.ones(1, dtype=np.int64), reason=[""], energy=sums | {"device": sums["u_m"]},
+        **signals,
+    )  # fmt: skip
 
 
-def step(at_ms, users=2):
-    place, each = np.full((3, 1), float(at_ms)), np.full((3, users, 1), float(at_ms))
-    sums = np.zeros((2, users))
-    return TraceStep(at_ms * MS, 1, place, each, [2] * users, [True] * users, 0.0, sums)
+def step(at_ms, users=USERS, *, number=None, came_j=0.0, avatar_m=None):
+    """Return a step of the server at which all is its time [ms]; ``came_j`` is what it got."""
+    one, each = np.full((1, 1), float(at_ms)), [np.full(1, 0.0)] * len(users)
+    place = one if avatar_m is None else np.full((1, 1), avatar_m)
+    own = {name: [place] * len(users) for name in OF_AVATARS}
+    return ServerTraces(
+        users=list(users), time_s=np.array([1e-3 * at_ms]), periods_s=np.array([8e-3]),
+        step=np.array([1 + at_ms // 8 if number is None else number]), x_o=one, xd_o=one,
+        target=one, contact=[np.ones(1, dtype=bool)] * len(users),
+        state=[np.full(1, 2)] * len(users), energy_u_s=[np.full(1, came_j)] * len(users),
+        energy_v_s=each, kinetic=np.zeros(1), potential=np.zeros(1), dissipated=np.zeros(1), **own,
+    )  # fmt: skip
 
 
 def feed_of(users=USERS, scenario=LIVE):
     layout = Layout(users, 1)
-    return layout, Feed(layout, scenario, period_ns=16 * MS)
+    feed = Feed(layout, scenario, period_ns=16 * MS)
+    feed.tape.zero(0)
+    return layout, feed
 
 
-def told(feed, *, exact_hands=USERS):
+def told(feed, *, exact_hands=USERS, scenario=LIVE):
     """Return the text message of now."""
-    judge = Judge(feed.tape)
-    return verdict(feed.users, judge, storage_j={}, exact_hands=exact_hands, notices=[])
+    return verdict(feed, Judge(feed.tape), scenario, exact_hands=exact_hands, notices=[])
 
 
 def values(layout, snapshots, name):
@@ -68,11 +74,11 @@ def values(layout, snapshots, name):
 
 
 def test_row_holds_the_newest_tick_and_step_at_its_time_and_the_extremes_since_the_last():
-    layout, feed = feed_of(("user1",))
+    layout, feed = feed_of(("user1",), ALONE)
     forces = np.sin(np.arange(48.0))
     for start in range(0, 48, 8):
-        feed.on_master("user1", block(start, forces[start : start + 8]))
-        feed.on_server(step(start + 2, users=1))
+        feed.on_master(block(start, forces[start : start + 8]))
+        feed.on_server(step(start + 2, ("user1",)))
     rows = feed.rows(48 * MS)
     assert values(layout, rows, "seq") == [1.0, 2.0]
     assert values(layout, rows, "time_s") == [0.016, 0.032]
@@ -90,7 +96,7 @@ def test_rows_do_not_depend_on_whose_trace_comes_first(order, together):
         _, feed = feed_of()
         queues = [
             [
-                lambda s=s, u=u: feed.on_master(u, block(s, np.arange(s, s + 8.0)))
+                lambda s=s, u=u: feed.on_master(block(s, np.arange(s, s + 8.0), name=u))
                 for s in range(0, 96, 8)
             ]
             for u in USERS
@@ -107,10 +113,10 @@ def test_rows_do_not_depend_on_whose_trace_comes_first(order, together):
 def test_silent_node_holds_rows_up_for_a_moment_only():
     layout, feed = feed_of()
     for start in range(0, 200, 8):
-        feed.on_master("user1", block(start, np.ones(8)))
+        feed.on_master(block(start, np.ones(8)))
         feed.on_server(step(start))
     assert feed.rows(100 * MS)[:1] != [] and len(feed.rows(100 * MS)) == 0
-    late = feed.rows(48 * MS + PATIENCE_NS + 60 * MS)
+    late = feed.rows(48 * MS + round(PATIENCE_S * 1e9) + 60 * MS)
     assert late and np.isnan(values(layout, late, "user2.x_m")).all()
     assert values(layout, late, "user1.x_m")[-1] > 0.0
 
@@ -118,14 +124,14 @@ def test_silent_node_holds_rows_up_for_a_moment_only():
 def test_ticks_that_came_after_their_row_are_in_the_extremes_of_the_next_one():
     """A loop that stalled sends its trace late: its lateness must be seen."""
     layout, feed = feed_of()
-    feed.on_master("user2", block(0, np.ones(8)))
+    feed.on_master(block(0, np.ones(8), name="user2"))
     for start in range(0, 200, 8):
-        feed.on_master("user1", block(start, np.ones(8)))
+        feed.on_master(block(start, np.ones(8)))
         feed.on_server(step(start))
     early = feed.rows(200 * MS)
     assert len(early) > 2 and np.nanmax(values(layout, early, "user2.f_max")) == 1.0
-    feed.on_master("user2", block(8, [1.0, 5.0] * 4, lateness_s=[0.09] * 8))
-    feed.on_master("user2", block(16, np.ones(184)))
+    feed.on_master(block(8, [1.0, 5.0] * 4, late_s=0.09, name="user2"))
+    feed.on_master(block(16, np.ones(184), name="user2"))
     late = feed.rows(260 * MS)
     assert values(layout, late, "user2.f_max")[0] == 5.0
     assert values(layout, late, "user2.lateness")[0] == 0.09
@@ -134,11 +140,11 @@ def test_ticks_that_came_after_their_row_are_in_the_extremes_of_the_next_one():
 def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     layout, feed = feed_of()
     rows = []
-    feed.on_master("user2", block(0, np.ones(8)))  # no row shows it yet
+    feed.on_master(block(0, np.ones(8), name="user2"))  # no row shows it yet
     assert "any more" not in told(feed)["verdict"]
     for start in range(0, 1200, 8):
         for user in USERS[: 1 if start >= 400 else 2]:
-            feed.on_master(user, block(start, np.ones(8)))
+            feed.on_master(block(start, np.ones(8), name=user))
         feed.on_server(step(start))
         rows += feed.rows((start + 8) * MS)
     places = np.array(values(layout, rows, "user2.x_m"))
@@ -148,7 +154,7 @@ def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     assert found["verdict"] == "Not all users are coupled: user2 sends nothing any more."
     assert found["users"]["user2"]["state"] == "no data"
     for user in USERS:
-        feed.on_master(user, block(1200, np.ones(16)))
+        feed.on_master(block(1200, np.ones(16), name=user))
     feed.on_server(step(1216))
     feed.rows(1300 * MS)
     assert feed.users["user2"].state == 1
@@ -157,29 +163,40 @@ def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
 @pytest.mark.parametrize("again", [None, "master", "server", "user"])
 def test_energy_of_counters_that_began_anew_is_no_longer_judged(again):
     """A node was started again, or its user came back to the server."""
-    _, feed = feed_of(("user1",))
+    _, feed = feed_of(("user1",), ALONE)
     for start in range(0, 400, 8):
-        late = again is not None and start >= 200
-        moved = 1e-3 * (start - 200 * late)
-        own, others = (2 if late and again == node else 1 for node in ("master", "server"))
-        sums = (moved if again == "master" else 1e-3 * start, 0.0, 1e-3 * start)
-        feed.on_master("user1", block(start, np.ones(8), epoch=own, sums=sums))
-        u_s = 0.5 * (moved if again == "user" else 1e-3 * start)
-        made = step(start, users=1)._replace(epoch=others, sums=np.array([[u_s], [0.0]]))
-        feed.on_server(made)
+        since = 200 * (start >= 200)
+        sent = 1e-3 * (start - since * (again == "master"))
+        came = 1e-3 * max(start - 8 - since * (again in ("server", "user")), 0)
+        first = start - since * (again == "master")
+        number = 1 + (start - since * (again == "server")) // 8
+        feed.on_master(block(start, np.ones(8), first_tick=first, up_j=sent))
+        feed.on_server(step(start + 4, ("user1",), number=number, came_j=0.5 * came))
         feed.rows((start + 8) * MS)
     balances = feed.users["user1"].balances
-    assert balances.known and balances.judged == (again is None)
-    assert balances.worst["way up"].margin_j >= 0.0
+    assert balances.known == balances.judged == (again is None)
+    assert balances.worst["up"].margin_j >= 0.0
+    assert feed.server.judged == (again in (None, "master"))
+
+
+@pytest.mark.parametrize(("late_j", "judged"), [(0.0, True), (0.1, False)])
+def test_counters_that_began_at_different_times_are_not_judged(late_j, judged):
+    _, feed = feed_of(("user1",), ALONE)
+    for start in range(0, 400, 8):
+        feed.on_master(block(start, np.ones(8), up_j=1e-3 * start))
+        feed.on_server(step(start + 4, ("user1",), came_j=0.5e-3 * max(start - 8, 0) + late_j))
+        feed.rows((start + 8) * MS)
+    assert feed.users["user1"].balances.judged is judged
+    assert all(worst.margin_j >= 0.0 for worst in feed.users["user1"].balances.worst.values())
 
 
 def run_live(scenario, ticks, poll=16):
     """Return feed and rows of a scenario that is simulated as for a page."""
     layout = Layout([user.name for user in scenario.users], scenario.dof)
     feed, rows = Feed(layout, scenario, period_ns=poll * MS), []
-    simulation = Simulation(scenario, feed, epoch=1)
+    simulation = Simulation(scenario, feed)
     for tick in range(poll, ticks + 1, poll):
-        simulation.run(tick)
+        simulation.step_to(tick)
         rows += feed.rows(tick * MS)
     return layout, feed, rows
 
@@ -208,7 +225,7 @@ def test_page_of_eight_users_on_three_axes_knows_all_of_them():
     for user in scenario.users:
         assert row[layout.slices[f"{user.name}.x_m"]].shape == (3,)
         assert feed.users[user.name].state == 1
-        assert np.isfinite(row[layout.slices[f"{user.name}.energy_up_in"]]).all()
+        assert np.isfinite(row[layout.slices[f"{user.name}.energy_hand_in"]]).all()
     links = np.concatenate([each.packets for each in rows])[:, 0]
     assert set(links.tolist()) == set(range(16))
 
@@ -231,24 +248,23 @@ LOSSY = ("channel=strict", "link.loss=0.1", "link.jitter=uniform", "link.jitter_
 
 
 @pytest.mark.parametrize("texts", [(), LOSSY, (*LOSSY, "master.position.gain=2.0")])
-def test_page_has_the_reports_balances_at_every_block(texts):
-    """The report knows a block's v_m and work a step later, and what packets were paid with."""
-    scenario = load("carry_16ms", settings_texts=texts, duration_s=2.0)
-    traces = simulated(scenario)
-    _, feed, _ = run_live(scenario, 1984, poll=8)
-    for energy in user_energies(traces, scenario):
+def test_page_has_the_reports_balances(texts):
+    """Also those of later seconds: sums count from the start of the nodes."""
+    scenario = load("carry_16ms", settings_texts=texts, duration_s=2.4)
+    layout, feed, rows = run_live(scenario, 2400)
+    for energy in user_energies(simulated(scenario), scenario):
         balances = feed.users[energy.name].balances
-        shown, reported = balances.table.rows, (energy.up, energy.down, energy.joint)
-        steps = (np.rint(1e3 * shown[:, 0]).astype(int) - 7) // 8
-        assert len(steps) > 240
-        for way, balance in enumerate(reported):
-            came, went, _ = shown[:, 1 + 3 * way : 4 + 3 * way].T
-            if balance is None:  # position feedback alters the wave at the device
-                assert len(texts) > len(LOSSY) and way == 1 and np.isnan(came).all()
-                continue
-            late_in, late_out = ((0 if texts else 1, 0), (0, 1), (1, 0))[way]
-            np.testing.assert_allclose(came, balance.energy_in_j[steps + late_in], rtol=1e-12)
-            np.testing.assert_allclose(went, balance.energy_out_j[steps + late_out], rtol=1e-12)
+        assert energy.parts.keys() == balances.energy.parts.keys()
+        for part, balance in balances.energy.parts.items():
+            reported = energy.parts[part]
+            at = np.rint(1e3 * balance.time_s).astype(int) // 8
+            assert 50 < len(at) < 160 and at[-1] > 280  # a second, of 2.4
+            for name in ("energy_in_j", "energy_out_j"):
+                own, whole = getattr(balance, name), getattr(reported, name)
+                np.testing.assert_allclose(own[:-2], whole[at][:-2], rtol=1e-12, atol=1e-15)
+            assert balances.least_j[part] == pytest.approx(reported.minimum_j, abs=1e-12)
+            column = f"{energy.name}.energy_{rows_module.WAYS[part]}_in"
+            assert values(layout, rows, column)[-1] == balance.energy_in_j[-1]
         assert all(worst.margin_j >= 0.0 for worst in balances.worst.values())
 
 
@@ -260,16 +276,19 @@ def test_balance_of_counters_read_at_two_instants_would_be_below_zero(carried):
 
 
 def test_channel_without_waves_that_shakes_is_not_passive_and_said_to_be():
-    _, feed, _ = run_live(load("direct_16ms"), 8000)
-    found = told(feed)
+    scenario = load("direct_16ms")
+    _, feed, _ = run_live(scenario, 8000)
+    found = told(feed, scenario=scenario)
     assert found["level"] == "bad" and found["verdict"].startswith("Not passive: user1, hand to")
-    assert feed.users["user1"].balances.worst["hand to object"].balance_j < -1e-3
+    assert feed.users["user1"].balances.worst["hand_port"].balance_j < -1e-3
 
 
 def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):
-    _, _, (_, feed, _) = carried
-    assert told(feed)["level"] == "good"
-    unknown = told(feed, exact_hands=["user1"])  # the true motion of the other is not known
+    scenario, _, (_, feed, _) = carried
+    assert told(feed, scenario=scenario)["level"] == "good"
+    unknown = told(
+        feed, exact_hands=["user1"], scenario=scenario
+    )  # the true motion of the other is not known
     assert unknown["level"] == "unknown"
     assert "Energy at the hand is not judged here for user2" in unknown["verdict"]
     assert told(feed_of()[1])["level"] == "caution"
@@ -287,8 +306,9 @@ def test_avatar_that_joined_elsewhere_is_noted_until_it_is_with_its_device(texts
     layout, feed = feed_of(("user1",), load("wall", settings_texts=texts))
     notes = []
     for start, place_m in ((0, 0.012), (16, 0.010), (32, 0.001), (48, 0.02)):
-        feed.on_master("user1", block(start, [0.0] * 16, signals=np.zeros((len(KEPT), 16, 1))))
-        feed.on_server(step(start, users=1)._replace(avatars=np.full((3, 1, 1), place_m)))
+        traces = block(start, [0.0] * 16)
+        feed.on_master(replace(traces, x_m=np.zeros((16, 1))))
+        feed.on_server(step(start, ("user1",), avatar_m=place_m))
         feed.others = {"user1.lag": 0.04, "user1.impedance": 25.0}
         rows = feed.rows((start + 16) * MS)
         notes.append(told(feed)["users"]["user1"]["note"])

@@ -15,7 +15,6 @@ from support.plain import load
 from support.simulated import judged, simulated
 
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_core.errors import RecordingError
 from pmwvc_core.traces import HandTargets
 from pmwvc_view import replay_page
 from pmwvc_view.recorded import RecordedSession
@@ -128,9 +127,9 @@ def test_lag_is_told_until_it_changes_and_only_that_users():
     assert np.isfinite(rows["changed"][:, at["user2.lag"]]).all()
 
 
-def test_recording_of_other_users_is_refused():
-    with pytest.raises(RecordingError, match="nothing was recorded of the users"):
-        Recorded(replace(simulated(SCENARIO), users=[]))
+def test_recording_of_other_users_has_no_page():
+    traces = simulated(SCENARIO)
+    assert replay_page.replay_page(replace(traces, users=[]), SCENARIO, {}) is None
 
 
 @pytest.mark.parametrize("rows", [4000, 50])

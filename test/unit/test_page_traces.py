@@ -11,21 +11,31 @@ from hypothesis import strategies as st
 
 pytest.importorskip("rclpy")
 from rclpy.serialization import serialize_message
+from support.plain import load
 
 from pmwvc_core.controllers.accounts import OF_STRICT
+from pmwvc_core.frame import SIGNALS
+from pmwvc_core.traces import ENERGIES
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
-from pmwvc_view.feed.tape import KEPT
+from pmwvc_view.feed.tape import Tape
 from pmwvc_view.live.topics import TraceReader, target_message
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-SHOWN = ("x", "xd", "f_h", "f_applied", "u_m", "v_m", "f_m")
 STRICT = [entry.name for entry in OF_STRICT]
 USERS = ("user1", "user2")
 S = 1_000_000_000
 
 
 def reader(dof=1):
-    return TraceReader(dof=dof, users=USERS, waves=True)
+    return TraceReader(Tape(load("live"), live=True), dof=dof)
+
+
+def read(message, dof=1):
+    return reader(dof).of_master("user1", [serialize_message(message)])
+
+
+def read_server(message, dof=1):
+    return reader(dof).of_server([serialize_message(message)])
 
 
 def trace(ticks=8, dof=1, **changes):
@@ -45,32 +55,27 @@ def trace(ticks=8, dof=1, **changes):
     return message
 
 
-@pytest.mark.parametrize(
-    ("names", "sums"),
-    [
-        ([], (0.0, 3.0, 4.0)),
-        (["tank"], (math.nan, math.nan, 4.0)),  # something at the device answers the wave
-        (STRICT, (1.0, 3.0 + 0.5 + STRICT.index("playout_released"), 4.0)),  # what was paid
-        ([*STRICT, "tank"], (1.0, math.nan, 4.0)),
-    ],
-)
+@pytest.mark.parametrize("names", [[], STRICT, [*STRICT, "tank"]])
 @pytest.mark.parametrize(("ticks", "dof", "known"), [(1, 1, True), (9, 3, False)])
-def test_trace_of_a_master_is_read_with_all_that_a_page_shows(names, sums, ticks, dof, known):
+def test_trace_of_a_master_is_read_with_all_that_a_page_shows(names, ticks, dof, known):
     accounts = [0.5 + i for i in range(len(names))]
     message = trace(ticks, dof, account_names=names, accounts=accounts, hand_force_known=known)
-    block = reader(dof).block(serialize_message(message))
-    for signal, name, own in zip(block.signals, SHOWN, KEPT, strict=True):
+    found = read(message, dof)
+    for name, own in zip(COLUMNS, SIGNALS, strict=True):
         wanted = getattr(message, name) if known or name != "f_h" else [math.nan] * ticks * dof
+        signal = getattr(found, own)
         np.testing.assert_array_equal(signal, np.reshape(wanted, (ticks, dof)), err_msg=own)
-    assert block.lateness_s == list(message.lateness)
-    assert (block.start_ns, block.period_ns, block.epoch) == (6, 1_000_000, 2**63)
-    assert (block.state, block.reason, block.missed) == (2, "é", 2**40)
-    np.testing.assert_array_equal(block.sums, sums)
+    assert found.lateness_s.tolist() == list(message.lateness)
+    np.testing.assert_allclose(found.time_s, 1e-3 * np.arange(ticks))
+    assert (found.state.tolist(), found.reason, found.missed) == ([2], ["é"], 2**40)
+    assert [found.energy[name].tolist() for name in ENERGIES] == [[float(n)] for n in range(6)]
+    assert {name: each.tolist() for name, each in found.accounts.items()} == {
+        name: [joules] for name, joules in zip(names, accounts, strict=True)
+    }
 
 
 def test_force_of_a_hand_may_be_left_out():
-    block = reader().block(serialize_message(trace(hand_force_known=False, f_h=[])))
-    assert np.isnan(block.signals[KEPT.index("f_h")]).all()
+    assert np.isnan(read(trace(hand_force_known=False, f_h=[])).f_h).all()
 
 
 def server_trace(users=USERS, dof=1, **changes):
@@ -90,28 +95,30 @@ def server_trace(users=USERS, dof=1, **changes):
 @pytest.mark.parametrize("dof", [1, 3])
 def test_trace_of_the_server_is_read_with_all_that_a_page_shows(dof):
     message = server_trace(dof=dof)
-    step = reader(dof).step(serialize_message(message))
-    for found, name in zip(step.object, ("x_o", "xd_o", "target"), strict=True):
-        np.testing.assert_array_equal(found, getattr(message, name))
-    for found, name in zip(step.avatars, ("x_s", "xd_s", "f_s"), strict=True):
-        np.testing.assert_array_equal(found.ravel(), getattr(message, name))
-    np.testing.assert_array_equal(step.sums, [message.energy_u_s, message.energy_v_s])
-    assert (list(step.state), list(step.contact)) == ([2, 3], [False, True])
-    assert (step.start_ns, step.epoch, step.lateness_s) == (5, 3, 0.25)
+    found = read_server(message, dof)
+    for name in ("x_o", "xd_o", "target"):
+        np.testing.assert_array_equal(getattr(found, name)[0], getattr(message, name))
+    for name in ("x_s", "xd_s", "f_s"):
+        np.testing.assert_array_equal(np.ravel(getattr(found, name)), getattr(message, name))
+    assert [each.tolist() for each in found.energy_u_s] == [[e] for e in message.energy_u_s]
+    assert [each.tolist() for each in found.state] == [[2], [3]]
+    assert [each.tolist() for each in found.contact] == [[False], [True]]
+    assert (found.time_s.tolist(), found.step.tolist()) == ([0.0], [9])
 
 
 @pytest.mark.parametrize(
-    ("server_s", "start_ns", "compared"), [(7, 6, True), (5, 2 * S + 6, False)]
+    ("server_s", "start_s", "compared"), [(7, 1e-9, True), (5, 2.0 + 1e-9, False)]
 )
 def test_trace_of_another_machine_is_put_beside_the_servers_and_its_energy_is_not_compared(
-    server_s, start_ns, compared
+    server_s, start_s, compared
 ):
     own = reader()
     step = server_trace()
     step.stamp.sec, step.stamp.nanosec = server_s, 10  # ahead of its monotonic clock by 5 ns less
-    assert own.step(serialize_message(step)) is not None
-    block = own.block(serialize_message(trace()))
-    assert (block.start_ns, block.sums is not None) == (start_ns, compared)
+    assert own.of_server([serialize_message(step)]) is not None
+    found = own.of_master("user1", [serialize_message(trace())])
+    assert found.time_s[0] == pytest.approx(start_s, abs=1e-12)
+    assert np.isfinite(found.energy["u_m"]).all() == compared
 
 
 @pytest.mark.parametrize(
@@ -128,22 +135,28 @@ def test_trace_of_another_machine_is_put_beside_the_servers_and_its_energy_is_no
     ],
 )
 def test_trace_of_a_master_that_does_not_fit_is_skipped(changes):
-    assert reader().block(serialize_message(trace(**changes))) is None
+    assert read(trace(**changes)) is None
 
 
 @pytest.mark.parametrize(
     "message", [server_trace(("user1", "user3")), server_trace(state=[7, 0]), server_trace(dof=3)]
 )
 def test_trace_of_the_server_that_does_not_fit_is_skipped(message):
-    assert reader().step(serialize_message(message)) is None
+    assert read_server(message) is None
 
 
 def test_what_is_no_trace_is_skipped():
-    data = serialize_message(trace())
-    assert reader().block(data) is not None
-    for length in range(0, len(data) - 60, 7):
-        assert reader().block(data[:length]) is None
-    assert reader().block(b"\0\1\0\0" + b"\xff" * 600) is None
+    data, own = serialize_message(trace()), reader()
+    assert own.of_master("user1", [data]) is not None
+    broken = [data[:length] for length in range(0, len(data) - 60, 7)]
+    assert own.of_master("user1", [*broken, b"\0\1\0\0" + b"\xff" * 600]) is None
+
+
+def test_traces_that_came_together_are_one():
+    later = serialize_message(trace(start_ns=8_000_006, first_tick=8))
+    found = reader().of_master("user1", [serialize_message(trace()), b"", later])
+    assert found.tick.tolist() == list(range(16))
+    np.testing.assert_allclose(found.time_s, 1e-3 * np.arange(16))
 
 
 @given(st.lists(st.floats(allow_nan=False), min_size=1, max_size=6), st.integers(0, 2**31 * S - 1))

@@ -29,6 +29,7 @@ BESIDE = {  # what a value needs beside it; of a link below its own name
     "safety.damper_velocity": {"safety.fault_velocity": 20.0},
     "safety.fault_velocity": {"safety.damper_velocity": 1e-4},
     "task.sideways_m": {"dof": 2},
+    "task.upwards_m": {"dof": 3},
     "operator.kind": {"operator.file": "push.csv"},
     "master.tick_s": {"server.period_s": 1.0},
     "master.filter.kind": {"master.filter.stop_hz": 40.0},

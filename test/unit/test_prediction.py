@@ -6,8 +6,8 @@ import pytest
 from support import handmade
 from support import plain as scenarios
 
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.prediction.prediction import (
-    passive,
     prediction,
 )
 from pmwvc_analysis.prediction.text import lines
@@ -66,7 +66,7 @@ def test_what_a_port_promises_that_knows_nothing_of_its_environment(
     scenario = handmade.scenario(
         server__compensation=compensation, server__contact_stiffness=stiffness, **BLACK_BOX
     )
-    assert passive(scenario) is proved
+    assert any_delay(scenario).proved is proved
 
 
 def test_a_ledger_promises_stability_though_it_is_not_linear():
@@ -116,7 +116,7 @@ def test_effects_of_the_link_that_no_prediction_has_are_named(setting, words):
 def test_a_device_too_light_for_its_damping_is_not_stable(mass, stable):
     scenario = handmade.scenario(device__mass=mass, server__contact_stiffness=0.0)
     assert prediction(scenario, live=False)["stable"] is stable
-    assert passive(scenario) is stable
+    assert any_delay(scenario).proved is stable
 
 
 def test_settings_without_effect_on_the_strict_channel_are_named_and_what_gives_them_one():
@@ -148,8 +148,8 @@ def test_settings_without_effect_on_the_strict_channel_are_named_and_what_gives_
 )
 def test_parts_that_generate_energy_are_not_called_passive_nor_rendered_by_their_lag(setting):
     plain, other = controlled(), controlled(**setting)
-    assert passive(plain)
-    assert not passive(other)
+    assert any_delay(plain).proved
+    assert not any_delay(other).proved
     assert not any("Stable at any constant delay" in line for line in lines(other, live=False))
     values = prediction(other, live=False)
     assert values["k_felt"] is values["mass_felt"] is None

@@ -161,3 +161,11 @@ def test_a_report_that_finds_no_room_states_how_to_write_it_elsewhere(tmp_path):
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout) == json.loads((other / "summary.json").read_text("utf-8"))
     assert (other / "report.html").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(("more", "measured"), [({"controller": "tdpa"}, True), ({}, False)])
+def test_where_no_model_tells_what_is_rendered_simulated_sessions_measure_it(more, measured):
+    scenario = handmade.scenario(**more)
+    text = page(handmade.session(), scenario).text
+    assert ("Measured in simulated sessions: stiffness" in text) == measured
+    assert ("the link acts like a spring" in text) != measured

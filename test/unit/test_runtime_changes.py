@@ -9,7 +9,7 @@ from support.parameter_nodes import bind, change
 from support.processes import ros
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
+from pmwvc_core.params import ContactParams, FilterParams, MasterParams, SafetyParams
 from pmwvc_core.runtime.parameter_values import built, values_of
 
 
@@ -18,11 +18,14 @@ def test_a_change_hands_over_the_complete_new_object():
         defaults = MasterParams(filter=FilterParams(kind="first_order"))
         start, changes = bind(peer.node, "master", MasterParams, defaults=defaults)
         assert change(peer.node, master__impedance=12) == ""
-        assert change(peer.node, master__hold="zoh", master__filter__cutoff_hz=5.0) == ""
+        assert change(peer.node, master__deadband__ratio=0.2, master__position__gain=5) == ""
         assert changes == [
             dataclasses.replace(start, impedance=12.0),
-            MasterParams(
-                impedance=12.0, hold="zoh", filter=FilterParams(kind="first_order", cutoff_hz=5.0)
+            dataclasses.replace(
+                start,
+                impedance=12.0,
+                deadband=dataclasses.replace(start.deadband, ratio=0.2),
+                position=dataclasses.replace(start.position, gain=5.0),
             ),
         ]
 
@@ -52,13 +55,12 @@ def test_two_conflicting_values_may_change_together():
 
 def test_zero_takes_an_optional_number_back():
     with ros() as peer:
-        defaults = MasterParams(filter=FilterParams(kind="first_order", cutoff_hz=5.0))
-        _, changes = bind(peer.node, "m", MasterParams, defaults=defaults)
-        assert change(peer.node, m__filter__pole_rad_s=50.0).startswith(
-            "m.filter: pole_rad_s and cutoff_hz are given"
+        _, changes = bind(peer.node, "m", ContactParams, defaults=ContactParams(impedance=5.0))
+        assert change(peer.node, m__impedance=0.001).startswith(
+            "m.impedance = 0.001: must be 0.01"
         )
-        assert change(peer.node, m__filter__pole_rad_s=50.0, m__filter__cutoff_hz=0.0) == ""
-        assert changes == [MasterParams(filter=FilterParams(kind="first_order", pole_rad_s=50.0))]
+        assert change(peer.node, m__impedance=0.0) == ""
+        assert changes == [ContactParams(impedance=None)]
 
 
 def test_what_is_fixed_at_the_start_stays():

@@ -82,14 +82,11 @@ def test_force_shortened_once_is_no_instability():
     assert judged(traces) is None
 
 
-@pytest.mark.parametrize(("speed_m_s", "instability"), [(0.05, None), (1.1, "limited by safety")])
-def test_a_force_that_returns_after_a_stall_was_not_braked_for_speed(speed_m_s, instability):
-    """Silence or braking was shorter than a block: how fast the device was tells which."""
+def test_a_force_that_returns_after_a_stall_was_not_braked_for_speed():
     traces = session()
     user = traces.users[0]
     for place in range(5):
         block = 300 + 20 * place
         user.state[block] = 0
         user.reason[block] = "soft start"
-        user.xd_m[8 * block - 3] = speed_m_s
-    assert judged(traces) == instability
+    assert judged(traces) is None

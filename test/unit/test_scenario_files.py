@@ -60,7 +60,7 @@ def test_a_scenario_is_short_states_what_happens_and_is_its_printed_form(name):
     assert max(map(len, text.splitlines())) <= 110
     assert scenario.name == name
     assert scenario.description.endswith(".")
-    takes_part = any(user.operator.from_outside for user in scenario.users)
+    takes_part = any(user.operator.is_remote for user in scenario.users)
     assert 2.0 <= scenario.duration_s <= (600.0 if takes_part else 20.0)
     assert parse_scenario(yaml.safe_load(scenarios.to_yaml(scenario))) == scenario
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hands that follow a record: forces and motions played tick by tick, targets each at its tick."""
 
-import math
-
 import numpy as np
 import pytest
 from support.operators import HALF, TICK_S, device, forces, operator
@@ -27,44 +25,6 @@ def taken(hand, ticks):
     return found
 
 
-def file(tmp_path, text):
-    path = tmp_path / "targets.csv"
-    path.write_text(text, encoding="utf-8")
-    return {"file": str(path), "time_column": "time_s"}
-
-
-def test_a_file_gives_its_targets_at_their_times_and_nan_lets_go(tmp_path):
-    params = file(tmp_path, "time_s,x\n0.0,0.01\n0.0035,20e-3\n0.0035,0.03\n0.010,nan\n")
-    found = taken(remote(**params, scale=2.0, offset=0.001), 20)
-    assert found == {
-        0: (pytest.approx(0.021),),
-        4: (pytest.approx(0.061),),  # the last of two
-        10: None,
-    }
-
-
-def test_a_file_with_a_column_per_axis_or_one_for_the_first(tmp_path):
-    params = file(tmp_path, "time_s,x,y\n0.0,0.01,0.02\n")
-    target = taken(remote(**params, dof=2, columns="x,y"), 1)[0]
-    np.testing.assert_allclose(target, [0.01, 0.02])
-    target = taken(remote(**params, dof=3, columns="y"), 1)[0]
-    np.testing.assert_allclose(target, [0.02, 0.0, 0.0])
-
-
-@pytest.mark.parametrize(
-    ("text", "params", "words"),
-    [
-        ("time_s,x,y\n0.0,1.0,2.0\n", {"columns": "x,y"}, "2 columns for 1 axes; give one"),
-        ("time_s,x\n0.1,1.0\n0.0,1.0\n", {}, "time_s must be finite and must not go back"),
-        ("time_s,x\nnan,1.0\n", {}, "time_s must be finite"),
-        ("time_s,x\n0.0,1.0\n", {"time_column": ""}, "needs the times of its targets"),
-    ],
-)
-def test_a_file_that_cannot_be_used_is_refused_with_the_reason(tmp_path, text, params, words):
-    with pytest.raises(RecordingError, match=words):
-        remote(**(file(tmp_path, text) | params))
-
-
 def test_the_task_is_done_with_a_pointer_that_presses_once_it_has_closed():
     found = taken(remote(task="carry", squeeze=3.0), 1200)
     assert min(found) >= 100
@@ -77,18 +37,6 @@ def test_the_task_is_done_with_a_pointer_that_presses_once_it_has_closed():
     np.testing.assert_allclose(still, -HALF + inside, atol=1e-12)
     assert places[-1] == pytest.approx(-HALF + inside + TaskParams().distance_m, abs=1e-6)
     assert taken(remote(task="free"), 500) == {}
-
-
-def test_a_hand_in_simulation_takes_hold_and_lets_go_by_its_file(tmp_path):
-    rows = [f"{0.01 * n},{-HALF}" for n in range(20)]
-    hand = remote(**file(tmp_path, "\n".join(["time_s,x", *rows])))
-    holding = []
-    for _ in range(600):
-        hand.step(-HALF - 0.01, 0.0)
-        holding.append(hand.holding)
-    assert all(holding[: 190 + 150])
-    assert not any(holding[190 + 152 :])
-    assert math.isfinite(hand.effort_j)
 
 
 def test_time_before_coupling_does_not_count():

@@ -16,7 +16,6 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave import velocity_filter_design as design
 from pmwvc_core.wave.filter_design import sections_response
-from pmwvc_core.wave.velocity_filter_design import noise_gain
 from reproduction.appendix_d import best_alpha, printed_branches
 from reproduction.branches import branches, margins, switching_gain
 
@@ -56,6 +55,18 @@ def left(params):
     share = params.velocity_filter.share
     found = margins(low, high, FREQUENCY_HZ, share=share)
     return found["in_phase_margin"], found["any_environment_margin"]
+
+
+def noise_gain(params):
+    """Noise of the difference of a rounded position in the force, beside that without a filter
+    (rms, white); while nothing comes back (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
+    """
+    own, turn = params.velocity_filter, np.arange(16384) / 16384
+    sections = design.sections_of(own, params.tick_s, "high")
+    fed = own.share * design.sections_response(sections, 2.0 * np.pi * turn)
+    gain = 1.0 - 2.0 * fed if own.in_force else (1.0 - fed) / (1.0 + fed)
+    power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2
+    return np.sqrt(np.mean(np.abs(gain) ** 2 * power) / 2.0)
 
 
 def test_noise_of_an_encoder_in_the_force_with_the_published_filter():

@@ -54,21 +54,6 @@ def test_one_name_given_twice_is_a_mistake(capfd):
     assert cli.main([*words, "link.up.loss=0.2"]) == 0
 
 
-@pytest.mark.parametrize(
-    ("setting", "told"),
-    [
-        ("link.delay_s=16", "16 ms is 0.016"),
-        ("link.jitter_s=5", "5 ms is 0.005"),
-        ("link.delay_s=0.5", ""),
-    ],
-)
-def test_a_delay_that_no_network_has_is_told_in_milliseconds(setting, told, capfd):
-    assert cli.main(["links", "wall", "--set", setting]) == 0
-    said = capfd.readouterr().err
-    assert told in said
-    assert said.count("\n") == bool(told)
-
-
 def test_a_key_is_for_its_owner_whatever_files_are_by_default(tmp_path):
     before = os.umask(0)
     try:

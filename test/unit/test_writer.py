@@ -8,7 +8,6 @@ import os
 import resource
 import signal
 import struct
-import threading
 import tracemalloc
 from contextlib import contextmanager
 
@@ -16,9 +15,8 @@ import pytest
 import yaml
 from mcap.reader import make_reader
 
-from pmwvc_analysis.recorder_node import QUEUE_BYTES, BackgroundWriter
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
+from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import CHUNK_BYTES, SessionWriter
 from pmwvc_core.errors import RecordingError
@@ -38,10 +36,6 @@ SEQ_AT = 28  # CDR header, stamp, clock, epoch
 def packet(seq):
     """A serialized Wave with a number."""
     return SERIALIZED[:SEQ_AT] + struct.pack("<I", seq) + SERIALIZED[SEQ_AT + 4 :]
-
-
-def received(seq, at_ns):
-    return RawMessage(TOPIC.name, TOPIC.type_name, at_ns, at_ns, packet(seq))
 
 
 def write_some(writer, count, *, first=1, step_ns=8_000_000):
@@ -166,32 +160,6 @@ def test_a_killed_process_leaves_everything_it_flushed(tmp_path):
     assert salvage.metadata["session"] == {"source": "live"}
     content = yaml.safe_load((tmp_path / "metadata.yaml").read_text())
     assert content["rosbag2_bagfile_information"]["message_count"] == 100
-
-
-def test_the_queue_never_waits_and_counts_what_it_loses(tmp_path):
-    writer = begun(tmp_path / "a")
-    entered, go_on = threading.Event(), threading.Event()
-    write = writer.write
-
-    def slow(*args, **kwargs):
-        entered.set()
-        go_on.wait()
-        write(*args, **kwargs)
-
-    writer.write = slow
-    background = BackgroundWriter(writer, capacity_bytes=3 * len(packet(1)))
-    background.put([received(1, SECOND)])
-    entered.wait()
-    for seq in range(2, 8):
-        background.put([received(seq, SECOND + seq)])
-    assert background.overrun == {TOPIC.name: 3}
-    go_on.set()
-    assert background.close() == [f"{TOPIC.name}: 3 did not fit the queue"]
-    found, salvage = stored(writer.path)
-    assert found == packets(4)
-    assert salvage.metadata["losses"][TOPIC.name].endswith("3 not queued")
-    # ten seconds of eight users: traces of masters, 900 bytes, are the largest of 41 topics
-    assert QUEUE_BYTES > 10 * 41 * 125 * 900
 
 
 def test_memory_does_not_grow_with_the_messages(tmp_path):

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.maps.z_width import simulated_z_width
 from pmwvc_analysis.models.linearize import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.transparency.transparency import transparency
@@ -15,6 +14,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from reproduction.figure import Values
 from reproduction.scenarios import UNLIMITED, scenario
+from reproduction.simulated_width import simulated_z_width
 from reproduction.traces import curves, last_mean, limited_ticks
 
 BOUND = 1e6

@@ -3,8 +3,7 @@
 """The accounts of a user's blocks [J], at the ends of the blocks of its record.
 
 ======================  ==========================================================================
-device                  ``plant.device.device_account``; x and xd are the true motion, behind an
-                        encoder that of :mod:`..traces.hand_work`
+device                  ``plant.device.device_account``
 safety                  F xd dt less (|u_m|^2 - |v_m|^2) dt/2, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
 links, hold             v_s, v_rx, v_m: the passages of ``controllers.accounts``
@@ -22,8 +21,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Sums
-from pmwvc_analysis.traces.block_sums import BlockSums, up_to
-from pmwvc_analysis.traces.hand_work import complete, hand_work, true_motion
+from pmwvc_analysis.traces.block_sums import BlockSums, complete, hand_work, measured, up_to
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, passages
@@ -42,23 +40,24 @@ def device(blocks: BlockSums, params: DeviceParams) -> tuple[Account, set[str]]:
     """Return the account of a device, and which of its parts are remainders.
 
     A hand whose force was not measured is taken to have given what the device shows, and any hand
-    the energy with which the record begins. Where the true motion is unknown, the damping is what
-    the others leave over.
+    the energy with which the record begins. Where a sensor measures the motion, the damping is
+    what the others leave over.
     """
     user = blocks.user
     by_hand = bool(np.isfinite(user.f_h).all())
     kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
     brought_j = kinetic[0] if user.tick[0] == 0 else 0.0  # else the hand's own sums have it
-    if (motion := true_motion(user, params)) is None:
+    if measured(params):
         rendered, stored = hand_work(user, params).sums, kinetic[blocks.following]
         hand = rendered + stored
         if by_hand and "hand" in user.energy:
             hand = brought_j + user.energy["hand"]
         seen = Account(hand, rendered, stored)
         return seen._replace(dissipated=seen.residual), {"device_damping"} if by_hand else {"hand"}
-    before, after = (motion.x[:-1], motion.xd[:-1]), (motion.x[1:], motion.xd[1:])
+    following = np.minimum(np.arange(1, len(user.time_s) + 1), len(user.time_s) - 1)
+    after = user.x_m[following], user.xd_m[following]
     forces = user.f_h if by_hand else None, user.f_applied
-    each = device_account(params, user.tick_s, before, after, *forces)
+    each = device_account(params, user.tick_s, (user.x_m, user.xd_m), after, *forces)
     own = {} if complete(user) else user.energy
     found = Account(
         brought_j + own.get("hand", blocks.of_ticks(each.taken)),

@@ -19,14 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
-from pmwvc_analysis.budget.criterion import behind_counts, counts_j
+from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.budget.energy import declared
-from pmwvc_analysis.budget.parts import NOT_RECORDED, SKIPPED, Remainder, notes_on, of_server
+from pmwvc_analysis.budget.parts import MISSED, Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import gaps, skips, stretches
-from pmwvc_analysis.traces.server_starts import ran_s
+from pmwvc_analysis.traces.holes import ran_s, stretch
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.account import Account
@@ -56,8 +55,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
     judged = times <= end + 1e-9  # steps that every user's record contains
     for user in users:
-        stays = stretches(user, server, traces)
-        judged &= stays.known(times) & (times < stays.first_s)
+        judged &= stretch(user, server).known(times)
     rows = np.flatnonzero(judged) if judged.any() else np.zeros(1, dtype=np.intp)
     time_s = times[rows]
     waves = zip(map(running, server.energy_u_s), map(running, server.energy_v_s), strict=True)
@@ -84,30 +82,27 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
             "device_damping": device.dissipated,
             "sample_hold": device.given - channel.port.taken,
         }
-        if len(missing := gaps(user)):  # both ends are known there, and not who gave what
-            grew = _in_blocks(kept, missing, np.asarray(of_device["sample_hold"]))
-            lost = np.cumsum(np.minimum(grew, 0.0))
-            of_device["sample_hold"] = of_device["sample_hold"] - lost
-            of_device[NOT_RECORDED] = lost
-            left_over.append(Remainder(user.name, NOT_RECORDED))
-        if len(skipping := skips(user)) and not unknown:
-            of_device[SKIPPED] = skipped = np.cumsum(_in_blocks(kept, skipping, residual))
-            residual, unknown = residual - skipped, {SKIPPED}
+        if len(jumps := np.flatnonzero(np.diff(user.tick) > 1)):  # both ends are known there
+            held = np.asarray(of_device["sample_hold"])
+            lost = np.cumsum(np.minimum(_in_blocks(kept, jumps, held), 0.0))
+            open_j = np.cumsum(_in_blocks(kept, jumps, residual))
+            of_device |= {"sample_hold": held - lost, MISSED: lost + open_j}
+            residual, unknown = residual - open_j, unknown | {MISSED}
         hands[user.name] = at.ended(np.asarray(device.taken))
         residuals[user.name] = at.ended(residual)
         of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
         parts[user.name] = {**of_blocks, **channel.parts}
         left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]
-    counted = [user.name for user in users if behind_counts(known[user.name], scenario)]
+    counted = frozenset(u.name for u in users if behind_counts(known[u.name], scenario))
     return Budget(
         time_s,
         hands,
         {**parts, SERVER: {part: sums[rows] for part, sums in inside.items()}},
         {name: residuals[name] for name in (*hands, SERVER)},
         frozenset(tanks),
-        notes_on(users, known, server, left_over),
+        notes_on(users, known, server),
         {user.name: declared(scenario, known[user.name]) for user in users},
-        {name: counts_j(traces, scenario, name) for name in counted},
+        counted,
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )

@@ -33,6 +33,7 @@ from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 MOST_SHOWN = 3  # intervals not judged
+UNRESOLVED = "the steps of the encoder leave the work of the hand open"
 
 
 class Declared(NamedTuple):
@@ -84,38 +85,74 @@ def tolerance(moved_j: Array) -> Array:
     return TOLERANCE_J + TOLERANCE_RELATIVE * np.abs(moved_j)
 
 
-def judge(
-    owner: str, part: str, time_s: Array, balance_j: Array, *, tolerance_j: Array, moved_j: float,
-    decides: bool, declared_j: float = 0.0, counts_j: float = 0.0,
-    unjudged: Sequence[Unjudged] = (),
-) -> Finding:  # fmt: skip
-    """Judge one balance from the instants at which it is known, ``(row,)``. ``counts_j`` is the
-    bound of what counts of an encoder make of it [J], ``unjudged`` are times in which it may have
-    been below the limit without a record of it.
-    """
-    shown = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged[:MOST_SHOWN]]
-    if len(unjudged) > MOST_SHOWN:
-        shown.append(f"{len(unjudged) - MOST_SHOWN} more intervals not judged")
-    found = Finding(
-        owner, part, None, 0.0, None, None, TOLERANCE_J, declared_j, moved_j, decides,
-        tuple(unjudged), "; ".join(shown) or "nothing of it was recorded", counts_j,
-    )  # fmt: skip
-    if not len(balance_j):
-        return found
-    margin = balance_j + tolerance_j + (declared_j + counts_j)
-    worst = int(np.argmin(margin))
-    least = min(0.0, float(balance_j[worst]))
-    violated = np.flatnonzero(~(margin >= 0.0))  # what is not a number is no proof either
-    hidden = bool(unjudged) and not len(violated)
-    return replace(
-        found,
-        passive=None if hidden else not len(violated),
-        least_j=least,
-        least_s=float(time_s[worst]) if least < 0.0 or len(violated) else None,
-        since_s=float(time_s[violated[0]]) if len(violated) else None,
-        tolerance_j=float(tolerance_j[worst]),
-        why=found.why if hidden else "",
-    )
+@dataclass(frozen=True)
+class Balance:
+    """One balance over time, and what the criterion allows it beside rounding."""
+
+    time_s: Array  # (step,)
+    energy_in_j: Array
+    energy_out_j: Array
+    declared_j: float = 0.0  # stored at the start
+    counts_j: float = 0.0  # that counts of an encoder are bounded to make of it
+    resolution_j: Array | float = 0.0  # (step,) how far it may be off, as an encoder has steps
+    moved_j: float | None = None  # energy moved of which it is a part; None: its own
+
+    @property
+    def balance_j(self) -> Array:
+        """Energy in less energy out [J]."""
+        return self.energy_in_j - self.energy_out_j
+
+    @property
+    def tolerance_j(self) -> Array:
+        """Largest deficit that counts as zero [J]."""
+        scale_j = self.energy_in_j if self.moved_j is None else self.moved_j + 0.0 * self.time_s
+        return tolerance(scale_j)
+
+    @property
+    def limit_j(self) -> Array:
+        """The lowest balance that is passive, without what the encoder leaves open [J]."""
+        return -self.tolerance_j - self.declared_j - self.counts_j
+
+    @property
+    def minimum_j(self) -> float:
+        """The lowest balance, never above the zero it starts from [J]."""
+        return min(0.0, float(self.balance_j.min(initial=0.0)))
+
+    def judged(
+        self, owner: str, part: str, unjudged: Sequence[Unjudged] = (), *, decides: bool = True
+    ) -> Finding:
+        """Return the result of the criterion; ``unjudged`` are times in which the balance may have
+        been below the limit without a record of it. What an encoder cannot resolve is not judged.
+        """
+        balance_j, own_j = self.balance_j, np.abs([self.energy_in_j, self.energy_out_j])
+        whys = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged]
+        if len(whys) > MOST_SHOWN:
+            whys[MOST_SHOWN:] = [f"{len(whys) - MOST_SHOWN} more intervals not judged"]
+        moved_j = float(own_j.max(initial=0.0)) if self.moved_j is None else self.moved_j
+        found = Finding(
+            owner, part, None, tolerance_j=TOLERANCE_J, declared_j=self.declared_j,
+            moved_j=moved_j, decides=decides, unjudged=tuple(unjudged),
+            why="; ".join(whys) or "nothing of it was recorded", counts_j=self.counts_j,
+        )  # fmt: skip
+        if not len(balance_j):
+            return found
+        margin_j = balance_j + self.resolution_j - self.limit_j
+        worst = int(np.argmin(margin_j))
+        violated = np.flatnonzero(~(margin_j >= 0.0))  # what is not a number is no proof either
+        least_j, seen = min(0.0, float(balance_j[worst])), len(violated) > 0
+        why = found.why if unjudged and not seen else ""
+        open_j = np.asarray(self.resolution_j)
+        if not seen and not why and (margin_j - 2.0 * open_j < 0.0)[open_j > 0.0].any():
+            why = f"{UNRESOLVED} by up to {1e3 * float(np.max(open_j)):.3g} mJ"
+        return replace(
+            found,
+            passive=None if why else not seen,
+            least_j=least_j,
+            least_s=float(self.time_s[worst]) if least_j < 0.0 or seen else None,
+            since_s=float(self.time_s[violated[0]]) if seen else None,
+            tolerance_j=float((self.tolerance_j + open_j)[worst]),
+            why=why,
+        )
 
 
 def together(verdicts: Iterable[bool | None]) -> bool | None:

@@ -11,30 +11,24 @@ down is the playout's wave with what it released beside it. Without waves, and w
 the device answers the outgoing wave at once, only E_hand exists. A block of a master counts once
 it has ended, a server step with its whole period at its start (theory.md 13.1, 13.2, 13.3).
 
-A recording leaves balances open across its holes and between two clocks. *Holes:* running sums of
-waves only grow, so E(t) >= in(start) - out(end) in a hole. Where that is above the limit, the
-balance is judged across it. *Clocks:* a balance below the limit at every
-alignment of two hosts' clocks within its uncertainty is a violation; one below at some is not
-judged (theory.md 13.9).
+A recording leaves balances open in its holes, and between two clocks: a balance below the limit at
+every alignment of two hosts' clocks within its uncertainty is a violation; one below at some is
+not judged.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import (
+    Balance,
     Declared,
     Finding,
     counts_j,
-    judge,
     together,
-    tolerance,
 )
-from pmwvc_analysis.traces.block_sums import BlockSums, up_to
-from pmwvc_analysis.traces.hand_work import hand_work
-from pmwvc_analysis.traces.holes import AGAIN, Stretches, Unjudged, stretches
-from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
+from pmwvc_analysis.traces.block_sums import BlockSums, hand_work, up_to
+from pmwvc_analysis.traces.holes import GAP, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.controllers.accounts import alters_wave
 from pmwvc_core.controllers.library import record_of
@@ -43,55 +37,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import quantity
 
-UNRESOLVED = "the steps of the encoder leave the work of the hand open"
 STEPS = 9  # alignments that are tried within the uncertainty
-
-
-@dataclass(frozen=True)
-class Balance:
-    """One balance over time, and what the criterion of passivity allows it beside rounding."""
-
-    time_s: Array  # (step,)
-    energy_in_j: Array
-    energy_out_j: Array
-    declared_j: float = 0.0  # stored at the start
-    counts_j: float = 0.0  # that counts of an encoder are bounded to make of it
-    resolution_j: Array | float = 0.0  # (step,) how far it may be off, as an encoder has steps
-
-    @property
-    def balance_j(self) -> Array:
-        """Energy in less energy out [J]."""
-        return self.energy_in_j - self.energy_out_j
-
-    @property
-    def tolerance_j(self) -> Array:
-        """Largest deficit that counts as zero [J]."""
-        return tolerance(self.energy_in_j)
-
-    @property
-    def limit_j(self) -> Array:
-        """The lowest balance that is passive, without what the encoder leaves open [J]."""
-        return -self.tolerance_j - self.declared_j - self.counts_j
-
-    @property
-    def minimum_j(self) -> float:
-        """The lowest balance, never above the zero it starts from [J]."""
-        return min(0.0, float(self.balance_j.min(initial=0.0)))
-
-    def judged(self, owner: str, part: str, unjudged: Sequence[Unjudged] = ()) -> Finding:
-        """Return the result of the criterion; not judged where the encoder cannot resolve it."""
-        moved = np.abs([self.energy_in_j, self.energy_out_j])
-        found = judge(
-            owner, part, self.time_s, self.balance_j, decides=True, unjudged=unjudged,
-            moved_j=float(moved.max(initial=0.0)), declared_j=self.declared_j,
-            counts_j=self.counts_j, tolerance_j=self.tolerance_j + self.resolution_j,
-        )  # fmt: skip
-        least_j = self.balance_j - self.resolution_j
-        if found.passive and np.any(self.resolution_j) and (least_j < self.limit_j).any():
-            most_mj = 1e3 * float(np.max(self.resolution_j))
-            why = f"{UNRESOLVED} by up to {most_mj:.3g} mJ"
-            return replace(found, passive=None, why=why)
-        return found
 
 
 @dataclass(frozen=True)
@@ -102,7 +48,7 @@ class UserEnergy:
     up: Balance | None
     down: Balance | None
     joint: Balance  # E_hand
-    stretches: Stretches = field(default_factory=lambda: Stretches([], []))
+    unjudged: list[Unjudged] = field(default_factory=list)
 
     @property
     def parts(self) -> dict[str, Balance]:
@@ -112,8 +58,10 @@ class UserEnergy:
 
     @property
     def passive(self) -> bool | None:
-        """Tell whether every port is passive, whatever was not recorded."""
-        return together(way.judged(self.name, part).passive for part, way in self.parts.items())
+        """Tell whether every port is passive, whatever happened in gaps of the record."""
+        ended = [each for each in self.unjudged if each.why != GAP]
+        ports = (way.judged(self.name, part, ended) for part, way in self.parts.items())
+        return together(port.passive for port in ports)
 
 
 def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:
@@ -130,49 +78,29 @@ def _of_user(
     user: UserTraces, server: ServerTraces, traces: SessionTraces, scenario: Scenario | None
 ) -> UserEnergy:
     known = next((u for u in scenario.users if u.name == user.name), None) if scenario else None
-    index = server.users.index(user.name)
-    times, steps = instants(server, traces)
-    stays = stretches(user, server, traces)
-    rows = stays.known(times)
-    taken = running(server.energy_u_s[index])
-    v_s = running(server.energy_v_s[index])[steps]
-    v_s = completed(v_s, times, server, traces, user.name)
-    died = died_up(times, server, traces, user.name, taken)
-
-    def begun(sums: Array, since: str = "begun_s") -> Array:
-        """Return running sums that begin at zero with every life but the first."""
-        result = sums.copy()
-        for life in stays.lives[1:]:
-            base = max(int(np.searchsorted(times, getattr(life, since))) - 1, 0)
-            of_life = (times >= life.start_s) & (times <= life.end_s)
-            result[of_life] = sums[of_life] - sums[base]
-        return result[rows]
-
-    taken = begun(taken[steps], "joined_s")
-    blocks = BlockSums(user, traces.live)
+    judged, index = stretch(user, server), server.users.index(user.name)
+    times, blocks = ran_s(server, traces), BlockSums(user, traces.live)
+    rows = judged.known(times)
+    times = times[rows]
+    taken, given = (running(e[index])[rows] for e in (server.energy_u_s, server.energy_v_s))
     ended, sent = blocks.ended(times), blocks.sent(times)
     work = hand_work(user, known.device if known else None)
-    passed_on = begun(up_to(blocks.of_wave("v_m") + blocks.released, ended))
-    gone, up, down = died, None, None
+    passed_on = up_to(blocks.of_wave("v_m") + blocks.released, ended)
+    up, down = None, None
     if scenario is not None and scenario.strict and known is not None:
-        paid_j = begun(up_to(user.energy["u_tx"], sent) - died)
-        up = Balance(times[rows], paid_j, taken, float(scenario.server.store_j))
-        given_up = discarded(times, server, traces, blocks)
-        gone = died + given_up
+        paid = up_to(user.energy["u_tx"], sent)
+        up = Balance(times, paid, taken, float(scenario.server.store_j))
         if not alters_wave(known.master):
-            lent_j = float(known.master.store_j)
-            down = Balance(times[rows], begun(v_s - given_up), passed_on, lent_j)
+            down = Balance(times, given, passed_on, float(known.master.store_j))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
-        up = Balance(times[rows], begun(up_to(blocks.of_wave("u_m"), ended) - died), taken)
-        down = Balance(times[rows], begun(v_s), passed_on)
-    else:
-        gone = np.zeros(len(times))
-    declared_j = sum(declared(scenario, known)) if scenario and known else 0.0
-    bound_j = counts_j(traces, scenario, user.name)
-    came, went = begun(up_to(work.sums, ended) - gone), taken - begun(v_s)
-    open_j = up_to(work.resolution, ended)[rows]
-    joint = Balance(times[rows], came, went, declared_j, bound_j, open_j)
-    return UserEnergy(user.name, up, down, joint, stays)
+        up = Balance(times, up_to(blocks.of_wave("u_m"), ended), taken)
+        down = Balance(times, given, passed_on)
+    joint = Balance(
+        times, up_to(work.sums, ended), taken - given,
+        sum(declared(scenario, known)) if scenario and known else 0.0,
+        counts_j(traces, scenario, user.name), up_to(work.resolution, ended),
+    )  # fmt: skip
+    return UserEnergy(user.name, up, down, joint, judged.unjudged)
 
 
 def server_sums(server: ServerTraces) -> tuple[Array, Array, Array]:
@@ -187,24 +115,8 @@ def declared(scenario: Scenario, user: User) -> Declared:
     return Declared(own, scenario.strict * float(user.master.store_j + scenario.server.store_j))
 
 
-def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
-    """Return the intervals that may hide a violation of a balance whose sums never fall."""
-    found = []
-    for interval in unknown:
-        before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
-        after = int(np.searchsorted(balance.time_s, interval.end_s))
-        if interval.why != AGAIN and after < len(balance.time_s):
-            came = float(balance.energy_in_j[before]) if before >= 0 else 0.0
-            least = came - float(balance.energy_out_j[after])
-            if least >= -float(balance.tolerance_j[after]):
-                continue
-        found.append(interval)
-    return found
-
-
-def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
+def within(found: Finding, balance: Balance, uncertain_s: float) -> Finding:
     """Return a finding as it is with the uncertainty of the alignment [s]."""
-    balance = entry.parts[found.part]
     if found.passive is not False or uncertain_s <= 0.0:
         return found
     came, went, down = balance.energy_in_j, balance.energy_out_j, found.part == "down"

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of an energy budget: words, group, and what those hide that are remainders; and the
-notes on what keeps a budget from closing to rounding.
+"""The parts of an energy budget in words, and the notes on what keeps it from closing to rounding.
 
 A *remainder* is the difference that the other parts leave, so that the budget closes with it
 whatever it is: a false value there is not found. The accounts that blocks keep
@@ -20,14 +19,13 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.words import count
 
-SKIPPED, NOT_RECORDED = "skipped", "not_recorded"
+MISSED = "missed"
 # words, empty for those of the account of the same name; group under which a figure adds it up
 PARTS: Mapping[str, tuple[str, str]] = {
     "hand": ("given by the hand", "hands"),
     "device_kinetic": ("motion of the device", "devices"),
     "device_damping": ("damping of the device", "devices"),
-    SKIPPED: ("while the loop skipped ticks", "devices"),
-    NOT_RECORDED: ("while nothing was recorded", "devices"),
+    MISSED: ("while ticks were skipped or not recorded", "devices"),
     "sample_hold": ("sampling and holding at the device", "sampling and safety"),
     "safety": ("safety limits", "sampling and safety"),
     "filter": ("anti-aliasing filter", "filters and holds"),
@@ -55,20 +53,7 @@ PARTS: Mapping[str, tuple[str, str]] = {
     "environment_stored_and_environment_heat": ("environment", "controller"),
 }
 UNKNOWN = ("", "controller")
-# of a remainder: the quantity whose errors no check finds
-HIDES = {
-    "hand": "the work of the hand itself: its force was not recorded",
-    "device_damping": "damping and friction of the device, and errors of its sensors",
-    SKIPPED: "what hand and damping of the device did while the loop skipped ticks",
-    NOT_RECORDED: "what sampling, holding and limits did in gaps of the record",
-    "filter_and_hold": "what velocity filter, bank and position feedback accounted for",
-    "link": "what the controller accounted for itself",
-    "integration": "the energy of the contacts' springs and the heat of their dampers",
-    "environment_heat": "how what the environment took divides into stored and heat",
-    "bank": "what the local model accounted as stored and dissipated",
-}
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
-UNTRUE = "position or velocity is measured, and its device's model does not give the true motion"
 FRICTION = "the heat of friction is exact except where motion reverses"
 
 
@@ -105,11 +90,6 @@ class Remainder(NamedTuple):
     owner: str
     part: str
 
-    @property
-    def hides(self) -> str:
-        """The quantity whose errors no check finds."""
-        return HIDES[self.part]
-
 
 def of_server(scenario: Scenario) -> set[str]:
     """Return the parts of the server that are remainders."""
@@ -118,10 +98,8 @@ def of_server(scenario: Scenario) -> set[str]:
     return set() if scenario.coupling.exact else {"integration"}
 
 
-def notes_on(
-    users: list[UserTraces], known: dict[str, User], server: ServerTraces, left: list[Remainder]
-) -> list[str]:
-    """Return in words what keeps a budget from closing to rounding; ``left``: what it leaves."""
+def notes_on(users: list[UserTraces], known: dict[str, User], server: ServerTraces) -> list[str]:
+    """Return in words what keeps a budget from closing to rounding."""
     loops = [(user.name, "tick", user.tick, user.time_s, gaps(user)) for user in users]
     jumps = np.flatnonzero(np.diff(server.step) > 1)
     loops.append(("server", "step", server.step, server.time_s, jumps))
@@ -135,8 +113,6 @@ def notes_on(
     for user in users:
         if not np.isfinite(user.f_h).all():
             found.append(f"{user.name}: {INFERRED}")
-        if Remainder(user.name, "device_damping") in left:
-            found.append(f"{user.name}: {UNTRUE}")
         if known[user.name].device.friction > 0.0:
             found.append(f"{user.name}: {FRICTION}")
     return found

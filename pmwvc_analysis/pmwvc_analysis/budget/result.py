@@ -5,9 +5,7 @@
 A part that is not passive (:mod:`.criterion`) was *active*. What belongs together is judged
 together: the anti-aliasing filter pays for the rate drop and for a velocity filter, and a position
 feedback with an energy tank spends what filter, hold and link have kept. Behind counts of an
-encoder the node's work is that of the positions counted, and sampling has the rest of the true
-one: together they are judged with the bound of the criterion, and not at all where the true motion
-is not known.
+encoder the work of node and sampling is not known: neither is judged.
 """
 
 from collections.abc import Iterator
@@ -16,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import Declared, Finding, judge, tolerance
-from pmwvc_analysis.budget.parts import NOT_RECORDED, SKIPPED, Remainder, accounted, words_of
+from pmwvc_analysis.budget.criterion import Balance, Declared, Finding
+from pmwvc_analysis.budget.parts import MISSED, Remainder, accounted, words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
@@ -46,7 +44,7 @@ class Budget:
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, Declared] = field(default_factory=dict)  # by user
-    counts: dict[str, float] = field(default_factory=dict)  # bound of an encoder's counts [J]
+    counts: frozenset[str] = frozenset()  # users whose waves come of an encoder's counts
     remainders: list[Remainder] = field(default_factory=list)  # no error in these is found
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
     server_holes: tuple[Unjudged, ...] = ()
@@ -76,11 +74,9 @@ class Budget:
     def judged(self) -> Iterator[tuple[str, str, Array]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            known = {n: sums for n, sums in parts.items() if n not in (SKIPPED, NOT_RECORDED)}
-            if owner in self.counts:
-                counted = {part: known.pop(part) for part in AT_COUNTS if part in known}
-                if not any(each.owner == owner for each in self.remainders):
-                    known |= _joined(counted)
+            known = {n: sums for n, sums in parts.items() if n != MISSED}
+            for part in AT_COUNTS if owner in self.counts else ():
+                known.pop(part, None)
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
             for group in (AROUND, linked, ENVIRONMENT):
                 members = [part for part in group if part in known]
@@ -103,13 +99,11 @@ class Budget:
             tank, links = "position_spent" in part or "node" in part, "link" in part
             unjudged = self.server_holes if owner == SERVER else ()
             known = self.time_s < min((hole.start_s for hole in unjudged), default=np.inf)
-            judged = judge(
-                owner, part, self.time_s[known], sums[known], moved_j=moved, decides=False,
-                tolerance_j=tolerance(np.full(int(known.sum()), moved)), unjudged=unjudged,
-                declared_j=tank * declared.controller_j + links * declared.playouts_j,
-                counts_j=self.counts.get(owner, 0.0) if AT_COUNTS[0] in part else 0.0,
-            )  # fmt: skip
-            found.append(judged)
+            stored_j = tank * declared.controller_j + links * declared.playouts_j
+            balance = Balance(
+                self.time_s[known], sums[known], 0.0 * sums[known], stored_j, moved_j=moved
+            )
+            found.append(balance.judged(owner, part, unjudged, decides=False))
         return found
 
     @property
@@ -141,7 +135,7 @@ class Budget:
                 for e in self.active
             ],
             "notes": self.notes,
-            "remainders": [each._asdict() | {"hides": each.hides} for each in self.remainders],
+            "remainders": [each._asdict() for each in self.remainders],
         }
 
     def _energies(self, owner: str) -> dict[str, float]:

@@ -62,18 +62,14 @@ def figure(chart: Chart, span: Span | None = None) -> "Figure":
 
 
 def _events(axes: "Axes", events: Sequence[tuple[float, str]]) -> None:
-    """Draw events; those too close for a number each have the first and the last one."""
-    close = CLOSE * float(np.ptp(axes.get_xlim()))
-    together: list[list[tuple[float, str]]] = []
-    for event in events:
-        axes.axvline(event[0], color=LIGHT["soft"], lw=0.7, ls=":")
-        if not together or event[0] - together[-1][0][0] > close:
-            together.append([])
-        together[-1].append(event)
-    for (time_s, number), *others in together:
-        text = f"{number}-{others[-1][1]}" if others else number
-        axes.annotate(text, (time_s, 1.0), xycoords=("data", "axes fraction"),
-                      color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
+    """Draw events; of those too close for a number each the first has one."""
+    close, numbered_s = CLOSE * float(np.ptp(axes.get_xlim())), -math.inf
+    for time_s, number in events:
+        axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
+        if time_s - numbered_s > close:
+            numbered_s = time_s
+            axes.annotate(number, (time_s, 1.0), xycoords=("data", "axes fraction"),
+                          color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
 
 
 def _panel(axes: "Axes", panel: Panel) -> None:
@@ -157,13 +153,9 @@ def payload(
     panels = [panel for chart in charts for panel in chart.panels]
     curves = [len(line.x) for panel in panels for line in panel.lines]
     curves += [len(dots.x) for panel in panels for dots in panel.dots]
-    left, waiting, most = MOST_NUMBERS, sorted(curves), max(curves, default=0)
-    for index, length in enumerate(waiting):  # all points, while all together are few enough
-        fair = left // (2 * (len(waiting) - index))
-        if length > fair:
-            most = max(LEAST_POINTS, fair)
-            break
-        left -= 2 * length
+    most = max(curves, default=0)
+    if 2 * sum(curves) > MOST_NUMBERS:
+        most = max(LEAST_POINTS, MOST_NUMBERS // (2 * len(curves)))
     pool = Pool()
     found = [
         {"name": chart.name, "heading": chart.heading}

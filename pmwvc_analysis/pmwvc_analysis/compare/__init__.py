@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions beside each other: measures, conclusion, tables and files."""
+"""Sessions beside each other: measures, tables and files."""

@@ -16,7 +16,7 @@ import numpy as np
 from pmwvc_analysis.compare.probes import pressed_stiffness
 from pmwvc_analysis.models.linear import left_out
 from pmwvc_analysis.transparency.measured import TRUSTED, measure
-from pmwvc_analysis.transparency.transparency import ideal_of, transparency
+from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -52,11 +52,6 @@ def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Rende
         return found
     k = pressed_stiffness(scenario)
     return replace(model, source="press" if k else "", k_felt=k, first_peak_hz=None)
-
-
-def ideal_rendering(scenario: Scenario) -> RenderedCurve:
-    """Return the same for direct coupling at every tick without delay."""
-    return _modelled(ideal_of(scenario), live=False)
 
 
 def _modelled(scenario: Scenario, *, live: bool) -> RenderedCurve:

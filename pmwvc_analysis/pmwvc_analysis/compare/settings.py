@@ -100,7 +100,8 @@ def path_error_m(traces: SessionTraces, scenario: Scenario) -> float | None:
 def _way_m(scenario: Scenario) -> float:
     """Return how far an object is carried [m]."""
     carried = scenario.task.moves and scenario.environment.movable
-    return math.hypot(scenario.task.distance_m, scenario.task.sideways_m) if carried else 0.0
+    task = scenario.task
+    return math.hypot(task.distance_m, task.sideways_m, task.upwards_m) if carried else 0.0
 
 
 def drawn(name: str, ranges: Mapping[str, Range], count: int, seed: int) -> list[dict[str, float]]:

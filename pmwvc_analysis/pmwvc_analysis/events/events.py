@@ -10,15 +10,12 @@ kinds: docs/file_format.md.
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-import numpy as np
-
 from pmwvc_analysis.events import limits, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
-from pmwvc_analysis.traces.thresholds import SILENT_INTERVALS, SILENT_S
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import count
 
 MOST = 20  # events of one kind; more are reported as one
@@ -59,9 +56,8 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
     if traces.server is not None:
         grips = scenario is not None and any(u.contact.grips for u in scenario.users)
         yield from nodes.of_server(traces, grips=grips)
-    yield from silences(traces)
     yield from faults(traces)
-    yield from limits.events(traces, scenario)
+    yield from limits.events(limits.withheld(traces, scenario))
     if scenario is not None and not traces.live:
         for change in changes_of(traces, scenario):
             if change.time_s < traces.duration_s:
@@ -91,33 +87,3 @@ def faults(traces: SessionTraces) -> Iterator[Event]:
             yield event(None, "server", "environment", text)
     for link, text in traces.metadata.get(LINKS, {}).items():
         yield event(None, f"link {link}", "link", text)
-
-
-def silences(traces: SessionTraces) -> Iterator[Event]:
-    """Yield for every link when nothing came out of it for long though packets went in."""
-    zeros = traces.metadata.get("fate_zero_ns", {})
-    for name, fates in traces.fates.items():
-        for start_ns, length_s, lost in _of_link(fates):
-            what = f"nothing delivered for {length_s:.3f} s"
-            text = f"{what} ({count(lost, 'packet')} lost or dropped)"
-            yield event((start_ns - zeros.get(name, 0)) * 1e-9, f"link {name}", "link", text)
-
-
-def _of_link(fates: FateTraces) -> Iterator[tuple[int, float, int]]:
-    out = np.sort(fates.time_out_ns[fates.time_out_ns > 0])
-    if len(out) < 3:
-        return
-    steps = np.diff(out) * 1e-9
-    usual = float(np.median(steps))
-    numbers = np.sort(fates.number)
-    for row in np.flatnonzero(steps > max(SILENT_S, SILENT_INTERVALS * usual)).tolist():
-        start, end = int(out[row]), int(out[row + 1])
-        came = (fates.time_in_ns > start) & (fates.time_in_ns < end)
-        if not came.any():
-            continue  # nothing was sent: that is the sender's event
-        first, last = fates.number[came].min(), fates.number[came].max()
-        held = np.searchsorted(numbers, last, "right") - np.searchsorted(numbers, first)
-        if held < last - first + 1:
-            continue  # fates are missing in the recording
-        lost = int((fates.time_out_ns[came] == 0).sum())
-        yield start, float(steps[row]), lost

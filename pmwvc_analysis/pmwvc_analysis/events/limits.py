@@ -15,22 +15,22 @@ than half of the way of the device so far: most of its depth is not the environm
 Equations: docs/theory.md 5.10.
 """
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
+from pmwvc_analysis.events.nodes import COUPLED, FAULT, Event, event, limited, unbraked
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.numeric import Array, root
+from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces
 from pmwvc_core.wave.impedance import WavePort
 from pmwvc_core.words import count, quantity
 
-RETURN = "soft start"
-SPEED = ("faster than", RETURN)  # reasons that are the motion's and not the network's
+FAST, RETURN = "faster than", "soft start"  # begins of reasons
 
 
 class Withheld(NamedTuple):
@@ -65,8 +65,10 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
         first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
         joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
-        off_m = _length(moved - moved[joined])  # an avatar of a later stay begins anew
-        way_m = _length(user.x_m - user.x_m[0])[user.rows_at(server.time_s)]
+        off_m = np.linalg.norm(
+            moved - moved[joined], axis=-1
+        )  # an avatar of a later stay begins anew
+        way_m = np.linalg.norm(user.x_m - user.x_m[0], axis=-1)[user.rows_at(server.time_s)]
         gone = off_m > np.maximum(th.LOST_M, th.LOST_SHARE * np.fmax.accumulate(way_m))
         lasting = (server.time_s[rows] for rows in spans(gone & there))
         lost_s = (float(each[0]) for each in lasting if each[-1] - each[0] >= th.LASTING_S)
@@ -74,58 +76,54 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
     return found
 
 
-def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
+def lost(found: dict[str, Withheld]) -> str:
     """Return whose environment is lost, in words; empty if none is."""
     texts = (
         f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
         f"of the server port displaced the device by {entry.position_m * 1e3:.1f} mm"
-        for name, entry in withheld(traces, scenario).items()
+        for name, entry in found.items()
         if entry.lost_s is not None
     )
     return next(texts, "")
 
 
-def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, Any]]:
-    """Return an event where the port first limits an environment, and one where it is lost."""
-    found: list[dict[str, Any]] = []
-    for name, entry in withheld(traces, scenario).items():
-        whole = f"{_amount(entry.energy_j, entry.position_m)} by the end"
-        times = [(entry.first_s, f"environment limited by the server port ({whole})")]
+def events(found: dict[str, Withheld]) -> Iterator[Event]:
+    """Yield an event where the port first limits an environment, and one where it is lost."""
+    for name, entry in found.items():
+        text = f"{words(entry._asdict())} by the server port, in all"
+        yield event(entry.first_s, name, "environment", text)
         if entry.lost_s is not None:
-            times.append((entry.lost_s, "environment lost"))
-        found += [{"time_s": t, "who": name, "kind": "environment", "what": w} for t, w in times]
-    return found
+            yield event(entry.lost_s, name, "environment", "environment lost")
 
 
-def words(entry: dict[str, float]) -> str:
+def words(entry: dict[str, Any]) -> str:
     """Return an entry of the summary in words."""
-    return f"environment limited: {_amount(**entry)}"
+    amount = f"{quantity(entry['energy_j'], 'J')}, {entry['position_m'] * 1e3:.3g} mm"
+    return f"environment limited: {amount}"
 
 
-def _amount(energy_j: float, position_m: float) -> str:
-    return f"{quantity(energy_j, 'J')}, {position_m * 1e3:.3g} mm"
-
-
-def _length(vectors: Array) -> Array:
-    return np.asarray(np.linalg.norm(vectors, axis=-1))
-
-
-def taken_over(traces: SessionTraces, scenario: Scenario | None) -> str:
+def taken_over(traces: SessionTraces) -> str:
     """Return which safety layer took the force away, in words; empty when none did."""
-    known = scenario.users if scenario else ()
-    damped_m_s = {user.name: float(user.safety.damper_velocity) for user in known}
     for user in traces.users:
         faults = np.flatnonzero(user.state == FAULT)
         if len(faults):
             reason = user.reason[faults[0]] or "no reason given"
             return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
-        braked, ratio = _braked(user, traces.duration_s, damped_m_s.get(user.name, 0.0))
-        if braked >= th.OFTEN or ratio > th.OFTEN_RATIO:
+        late = user.block_time_s > traces.duration_s / 2
+        braked = [span for span in spans(user.state != COUPLED) if _for_speed(user.reason[span])]
+        ratio = sum(int(late[span].sum()) for span in braked) / max(int(late.sum()), 1)
+        if sum(late[span.start] for span in braked) >= th.OFTEN or ratio > th.OFTEN_RATIO:
             return (
                 f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
                 "device, or the force was ramping up after it"
             )
     return ""
+
+
+def _for_speed(reasons: list[str]) -> bool:
+    """Tell whether a device was braked for its speed, and not because packets did not come."""
+    fast = any(reason.startswith(FAST) for reason in reasons)
+    return fast and all(reason.startswith((FAST, RETURN)) for reason in reasons)
 
 
 def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
@@ -141,31 +139,3 @@ def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
             size = np.linalg.norm(user.f_applied, axis=-1)
             at_most &= bool(np.mean(size[shortened] > th.LARGEST * size.max()) > 0.5)
     return words, at_most
-
-
-def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int, float]:
-    """Return how often, in the second half, a coupled device was braked for its speed, and the
-    ratio of that half in which it was braked or its force was returning from zero after it.
-
-    Braking can be shorter than a block; what is seen then is the return alone. A device that was
-    slower than the speed limit ``damped_m_s`` before it was not braked for its speed: the force
-    returns after a silence that was as short.
-    """
-    late = user.block_time_s > duration_s / 2
-    coupled = np.flatnonzero(user.state == COUPLED)
-    if not late.any() or not len(coupled):
-        return 0, 0.0
-    blocks = np.arange(len(late))
-    out = (user.state != COUPLED) & (blocks > coupled[0])
-    times, blocks_out = 0, 0
-    for span in spans(out):
-        start, reasons = span.start, user.reason[span]
-        if all(reason == RETURN for reason in reasons):  # of this block and the two before
-            rows = slice(int(user.block_rows[max(start - 2, 0)]), int(user.block_ends[start]))
-            speed_m_s = np.linalg.norm(user.xd_m[rows], axis=-1).max(initial=0.0)
-            if speed_m_s < th.NEARLY * damped_m_s:
-                continue
-        if all(reason.startswith(SPEED) for reason in reasons):
-            times += int(late[start])
-            blocks_out += int(late[span].sum())
-    return times, blocks_out / int(late.sum())

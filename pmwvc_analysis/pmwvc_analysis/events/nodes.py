@@ -12,7 +12,6 @@ import numpy as np
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
-from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import BRAKING, SafetyState
@@ -106,16 +105,15 @@ def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
     server = traces.server
     assert server is not None
     gaps = [(hole.start_s, hole.end_s) for hole in holes.of_server(server)]
-    for start in starts(server):
-        end_s, again_s = server.time_s[[start.last, start.row]].tolist()
+    for row in holes.starts(server):
+        end_s, again_s = server.time_s[[row - 1, row]].tolist()
         yield event(again_s, "server", "restart", "started again")
         gaps.append((end_s, again_s))
     yield from _stalls("server", "steps", server.time_s, server.period_s, gaps)
     masters = {user.name: user for user in traces.users}
     for index, name in enumerate(server.users):
         yield from _presence(server, index, masters.get(name), traces.duration_s)
-        made = "grip" if grips else "contact"
-        yield from _contacts(server, index, masters.get(name), traces.duration_s, made)
+        yield from _contacts(server, index, traces.duration_s, "grip" if grips else "contact")
 
 
 def _presence(
@@ -123,7 +121,7 @@ def _presence(
 ) -> Iterator[Event]:
     name, state = server.users[index], server.state[index]
     before: int = Presence.ABSENT
-    again = [start.row for start in starts(server)]
+    again = holes.starts(server)
     changed = (np.flatnonzero(np.diff(state)) + 1).tolist()
     for row in sorted({0, *changed, *again}) if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])
@@ -147,32 +145,11 @@ def _presence(
         before = now
 
 
-def _contacts(
-    server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, made: str
-) -> Iterator[Event]:
+def _contacts(server: ServerTraces, index: int, duration_s: float, made: str) -> Iterator[Event]:
     name = server.users[index]
     for first, last in runs(touching(server, index), server.time_s, th.DEBOUNCE_S):
         force = float(np.nanmax(np.linalg.norm(server.f_s[index][first : last + 1], axis=-1)))
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
         yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
         if end < min(duration_s, float(server.time_s[-1])) - th.END_S:
-            cause = _cause(server, index, user, end)
-            yield event(end, name, "release", f"contact lost: {cause}")
-
-
-def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: float) -> str:
-    """Return what took a contact away, as far as the traces show it."""
-    after = np.searchsorted(server.time_s, at_s)
-    if after < len(server.time_s) and server.state[index][after] == Presence.ABSENT:
-        return "the user left"
-    if any(server.time_s[s.last] < at_s <= server.time_s[s.row] for s in starts(server)):
-        return "the server was started again"
-    near = (server.time_s > at_s - th.CAUSE_S) & (server.time_s <= at_s)
-    if (server.state[index][near] == Presence.DAMPING).any():
-        return "no packet reached the server"
-    if user is not None:
-        blocks = (user.block_time_s > at_s - th.CAUSE_S) & (user.block_time_s <= at_s)
-        rows = np.flatnonzero(blocks & (user.state != COUPLED))
-        if len(rows):
-            return f"safety limits: {user.reason[int(rows[-1])] or 'not coupled'}"
-    return "avatar and object separated"
+            yield event(end, name, "release", "contact lost")

@@ -16,11 +16,8 @@ import numpy as np
 
 from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Panel
 from pmwvc_analysis.charts.chart_files import write
-from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.compare.measures import COLUMNS, Compared
-from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.model_charts import OVER_FREQUENCY
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
 from pmwvc_analysis.traces.apart import apart
 
@@ -30,7 +27,6 @@ VERDICTS = (  # on stability, label, tint, mark
     (False, "not stable", "alarm", "cross"),
     (None, "not judged", "object", "plus"),
 )
-MOST_ADMITTANCES = 8  # curves that can be distinguished
 OVERLAID = ("device on hand [N]", "f_applied", 1.0), ("device [mm]", "x_m", 1e3)
 WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
@@ -41,7 +37,6 @@ def draw_all(entries: Sequence[Compared], folder: Path) -> list[tuple[Chart, Pat
     if len(entries) == 2:
         found.append(overlay(*entries))
     found += [signals(entries, *signal) for signal in SIGNALS]
-    found += admittances(entries)
     named = [
         replace(chart, name=f"compare_{chart.name}", title=chart.title or chart.heading)
         for chart in found
@@ -146,27 +141,3 @@ def measures(entries: Sequence[Compared]) -> Chart:
         panels.append(Panel("", (), dots, title=heading, x_label="", x_names=names, **look))
     caption = "One row of marks per measure, one column per session."
     return Chart("measures", "Measures", caption, panels)
-
-
-def admittances(entries: Sequence[Compared]) -> list[Chart]:
-    """Return |x/f| over frequency, lines from models and rings from chirps; empty without any."""
-    known = [(entry, own) for entry in entries if (own := entry.rendered) is not None]
-    shown = [(entry, own) for entry, own in known if len(own.frequency_hz)][:MOST_ADMITTANCES]
-    if not shown:
-        return []
-    lines, dots = [], []
-    ideal = ideal_rendering(shown[0][0].scenario)
-    if ideal.source:
-        label = "ideal: direct at every tick, no delay"
-        lines.append(Curve(label, ideal.frequency_hz, ideal.admittance, "object", (2, 3)))
-    for index, (entry, own) in enumerate(shown):
-        hertz, size, tint = own.frequency_hz, own.admittance, user_tint(index)
-        if own.source == "measured":
-            dots.append(Dots(entry.label, hertz, size, tint, "ring"))
-        else:
-            lines.append(Curve(entry.label, hertz, size, tint))
-    panel = OVER_FREQUENCY("|x / f| [m/N]", lines, dots, y_log=True, height=315.0)
-    caption = "Motion of the device per force of the hand; low is stiff, a peak is a resonance."
-    title = "Transmitted admittance of the first user"
-    note = "lines: exact model, each packet after delay_s · rings: from the chirp of the session"
-    return [Chart("admittance", "Rendered to the first user", caption, [panel], title, note)]

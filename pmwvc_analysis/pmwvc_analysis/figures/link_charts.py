@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
+from pmwvc_analysis.budget.criterion import Balance
+from pmwvc_analysis.budget.energy import UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.energy_charts import unit_of

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Figures of answers of the model: transmitted admittance, margins of a velocity filter, and a
-stability map: regions, boundary, and sessions as points.
+stability map: regions and boundary.
 """
 
 from dataclasses import replace
@@ -14,7 +14,7 @@ import numpy as np
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Level, Panel
 from pmwvc_analysis.figures.recorded import conditions, title
-from pmwvc_analysis.maps.maps import Grid, MapPoint, growth_per_s
+from pmwvc_analysis.maps.maps import Grid, growth_per_s
 from pmwvc_analysis.transparency.measured import TRUSTED, Admittance
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.numeric import Array, Complex
@@ -87,15 +87,15 @@ def _degrees(values: Complex) -> Array:
     return np.asarray(np.degrees(np.unwrap(np.angle(values))), dtype=float)
 
 
-def stability_map(folder: Path, grid: Grid, radius: Array, measured: list[MapPoint]) -> list[Path]:
+def stability_map(folder: Path, grid: Grid, radius: Array) -> list[Path]:
     """Write a map as PNG and SVG; return the files."""
     import matplotlib
 
     with matplotlib.rc_context({**style.SETTINGS, "axes.grid": False}):
-        return style.save(_figure(grid, radius, measured), folder, "map")
+        return style.save(_figure(grid, radius), folder, "map")
 
 
-def _figure(grid: Grid, radius: Array, measured: list[MapPoint]) -> Any:
+def _figure(grid: Grid, radius: Array) -> Any:
     model = "exact model" + (", phases of a live session" if grid.live else "")
     varied = {"seed", *(axis.name.rpartition(".")[2] for axis in (grid.x, grid.y))}
     figure, (axes,) = style.canvas(
@@ -112,19 +112,9 @@ def _figure(grid: Grid, radius: Array, measured: list[MapPoint]) -> Any:
     if min(radius.shape) >= SMOOTH and radius.min() <= 1.0 < radius.max():
         axes.contour(x, y, radius, levels=[1.0], colors="black", linewidths=1.6)
         axes.plot([], [], color="black", lw=1.6, label="boundary")
-    for flag, marker, face, label in (
-        (True, "o", "white", "session, stable"),
-        (False, "X", style.LIGHT["alarm"], "session, not stable"),
-    ):
-        at = [(point.x, point.y) for point in measured if point.stable is flag]
-        if at:
-            look: Any = {"facecolor": face, "edgecolor": "black", "zorder": 3, "clip_on": False}
-            across, up = np.array(at).T
-            axes.scatter(across, up, s=70, marker=marker, label=label, **look)
+        axes.legend(loc="upper left", bbox_to_anchor=(0.0, 1.1), borderaxespad=0.0)
     axes.set_xlabel(label_of(grid.x.name))
     axes.set_ylabel(label_of(grid.y.name))
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper left", bbox_to_anchor=(0.0, 1.1), ncols=3, borderaxespad=0.0)
     return figure
 
 

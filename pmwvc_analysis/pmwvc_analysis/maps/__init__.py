@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stability maps and Z-width."""
+"""Stability maps."""

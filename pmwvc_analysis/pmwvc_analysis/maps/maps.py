@@ -7,13 +7,12 @@ computed as one batch. Batches are independent, so they can be computed by sever
 a Dask cluster, with the same result.
 """
 
-import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -59,13 +58,6 @@ class Grid:
         """Rows (y) and columns (x)."""
         return len(self.y.values), len(self.x.values)
 
-    @property
-    def key(self) -> str:
-        """The identity of this map among others."""
-        axes = [[axis.name, list(axis.values)] for axis in (self.x, self.y)]
-        whole = json.dumps([self.scenario.to_dict(), axes, self.live], sort_keys=True)
-        return hashlib.sha256(whole.encode()).hexdigest()
-
     def batches(self) -> list[Points]:
         """Return the points that are computed together: the same ones at any time."""
         apart = [0 if stackable(axis.name) else 1 for axis in (self.y, self.x)]
@@ -80,15 +72,6 @@ class Grid:
             for points in groups.values()
             for i in range(0, len(points), min(step, LARGEST_BATCH))
         ]
-
-
-class MapPoint(NamedTuple):
-    """A session as a point of the map."""
-
-    name: str
-    x: float
-    y: float
-    stable: bool
 
 
 def compute(
@@ -165,7 +148,7 @@ def boundary_words(grid: Grid, radius: Array) -> str:
     return "boundary: " + "; ".join(words)
 
 
-def write_data(folder: Path, grid: Grid, radius: Array, measured: list[MapPoint]) -> list[Path]:
+def write_data(folder: Path, grid: Grid, radius: Array) -> list[Path]:
     """Write NPZ, CSV, MAT and JSON; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     x, y = np.array(grid.x.values), np.array(grid.y.values)
@@ -184,7 +167,6 @@ def write_data(folder: Path, grid: Grid, radius: Array, measured: list[MapPoint]
         "y": {"name": grid.y.name, "values": y.tolist()},
         **{name: values.tolist() for name, values in arrays.items()},
         "boundary": boundary_of(grid, radius),
-        "sessions": [point._asdict() for point in measured],
         "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }

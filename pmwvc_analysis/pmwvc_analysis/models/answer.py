@@ -10,7 +10,7 @@ import numpy as np
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
-from pmwvc_analysis.models.loop import LinearLoop, loop_of, put_in
+from pmwvc_analysis.models.loop import LinearLoop, loop_of
 from pmwvc_analysis.models.response import OUTPUTS
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.words import count
@@ -25,9 +25,8 @@ def answer(
     ``rigid_body_modes`` taken out, ``slowest`` (``frequency_hz``, None where it is not clear, and
     growth ``per_second`` of the largest eigenvalue), ``notes``.
     """
-    is_stable = stable(float(stability.radii(scenario, live=live)[0]))
     limit = stability.k_max(scenario, live=live, bound=bound)
-    model = stability.model_of(loop_of(scenario, live=live))
+    model = stability.model_of(scenario, live=live)
     largest = model.largest()
     radius = abs(largest)
     hertz = _frequency_hz(loop_of(scenario, live=live, outputs=True), largest)
@@ -35,7 +34,7 @@ def answer(
         "scenario": scenario.name,
         "live": live,
         "spectral_radius": radius,
-        "stable": is_stable,
+        "stable": stable(radius),
         "k_max": limit.first,
         "k_max_bound": limit.bound,
         "k_max_unknown": limit.unknown,
@@ -65,8 +64,7 @@ def _frequency_hz(loop: LinearLoop, value: complex) -> float | None:
     if value == 0.0:
         return None
     ticks, angle = loop.ticks, float(np.angle(value))
-    late = put_in(loop)
-    equations, (_, read) = late.equations(np.array([value]))[0], late.system
+    equations, (_, read) = loop.equations(np.array([value]))[0], loop.system
     vector = np.linalg.svd(equations)[2][-1].conj()
     by_output = (read[:, : len(vector)] @ vector).reshape(
         len(loop.scenario.users), len(OUTPUTS), ticks, -1
@@ -101,14 +99,8 @@ def sentences(found: dict[str, Any]) -> list[str]:
             if rate and not (rate > 0.0 and found["stable"])  # slower than what counts as growth
             else f"  dominant mode: {mode}, neither grows nor decays"
         )
-    if found["k_max_unknown"]:
-        lines.append(f"  largest stable contact stiffness: {found['k_max_unknown']}")
-    elif found["k_max"] is None:
-        lines.append(f"  stable at every contact stiffness up to {found['k_max_bound']:g} N/m")
-    elif found["k_max"] == 0.0:
-        lines.append("  unstable at every contact stiffness")
-    else:
-        lines.append(f"  largest stable contact stiffness: {found['k_max']:.1f} N/m")
+    limit = (found[name] for name in ("k_max", "k_max_bound", "islands", "k_max_unknown"))
+    lines.append(f"  {stability.StabilityLimit(*limit).text}")
     lines += [f"  stable again from {low:.1f} to {high:.1f} N/m" for low, high in found["islands"]]
     lines.append(
         f"  model: {count(found['states'], 'state')}, hyperperiod of "

@@ -29,7 +29,6 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from pmwvc_analysis.models.linear import nonlinear, outside
-from pmwvc_analysis.models.loop import System
 from pmwvc_analysis.models.matrices import matrices
 from pmwvc_analysis.models.response import reduced
 from pmwvc_analysis.models.variation import changed
@@ -42,7 +41,7 @@ from pmwvc_core.wave.impedance import largest
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
 POINTS = 500
 LOWEST = 1e-5  # [rad per packet]
-AROUND = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0])  # widths of a pole at which gains are taken
+AROUND = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # widths of a pole at which gains are taken
 # Parameters of elements that the parts rule covers, or a passive server.
 OF_SERVER = ("server.coupling", "compensation", "environment", "server.decoding")
 NEAR = 1e-2  # of a gain below the largest: maxima that are refined
@@ -56,6 +55,28 @@ class AnyDelay(NamedTuple):
     touching: bool = False  # the proof holds only while all contacts touch
     gain: float | None = None  # largest once around the loop, 1 is the limit; None: none formed
     at_hz: float | None = None
+
+
+class PacketEnd(NamedTuple):
+    """What an end with n states sends of packets that come in, [A, B; C, D]."""
+
+    matrix: Array
+    n: int
+
+    def poles(self) -> Complex:
+        """Return the eigenvalues of A."""
+        return np.asarray(np.linalg.eigvals(self.matrix[: self.n, : self.n]).astype(complex))
+
+    def growth(self) -> float:
+        """Return the length of the longest eigenvalue of A; 0 without a state."""
+        return float(np.abs(self.poles()).max(initial=0.0))
+
+    def response(self, z: Complex) -> Complex:
+        """Return what goes out per what comes in ``(points, outputs, inputs)``."""
+        n, whole = self.n, self.matrix
+        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(n) - whole[:n, :n]
+        driven = np.linalg.solve(resolvent, whole[:n, n:].astype(np.complex128))
+        return np.asarray(whole[n:, :n] @ driven + whole[n:, n:])
 
 
 def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
@@ -72,19 +93,20 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         f"{largest(user.impedance) * tick_s / float(user.device.mass):.3g}; a held device needs "
         "less than 2)"
         for user, end in zip(users, masters, strict=True)
-        if end.growth >= 1.0
+        if end.growth() >= 1.0
     ]
     server = None if nonlinear(scenario) or outside(scenario) else _ends(scenario, live=False)[-1]
-    if server is not None and server.growth >= 1.0:
+    if server is not None and server.growth() >= 1.0:
         unstable.append(
-            f"the server's end is unstable by itself (it grows {server.growth:.4g}-fold a step)"
+            f"the server's end is unstable by itself (it grows {server.growth():.4g}-fold a step)"
         )
     if unstable:
         return AnyDelay(False, tuple(unstable))
     every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole
     for end in [*masters, *([server] if server else [])]:
-        width = np.maximum(np.abs(1.0 - np.abs(end.poles())), LOWEST)
-        every.append(end.angles_near(width, AROUND))
+        poles = end.poles()
+        width, turn = np.maximum(np.abs(1.0 - np.abs(poles)), LOWEST), np.abs(np.angle(poles))
+        every += [turn + side * each * width for each in AROUND for side in (-1.0, 1.0)]
     angle = np.unique(np.concatenate(every))
     angle = angle[(angle >= LOWEST) & (angle <= np.pi)]
     hertz = 1.0 / (2.0 * np.pi * scenario.server.period_s)
@@ -131,7 +153,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     return AnyDelay(False, (why,), gain=gain, at_hz=at * hertz)
 
 
-def _ends(scenario: Scenario, *, live: bool) -> list[System]:
+def _ends(scenario: Scenario, *, live: bool) -> list[PacketEnd]:
     """Return every end, users before the server, from packets that come in to those sent."""
     at_once = LinkParams(delay_s=live * scenario.tick_s)
     users = (changed(user, link_up=at_once, link_down=at_once) for user in scenario.users)
@@ -144,7 +166,7 @@ def _ends(scenario: Scenario, *, live: bool) -> list[System]:
         )
         waves = end.matrix[:, np.r_[:n, out]][:, :, np.r_[:n, into]]
         kept, rows = reduced(waves, np.zeros(n, dtype=np.bool_))
-        found.append(System(rows[0], len(kept)))
+        found.append(PacketEnd(rows[0], len(kept)))
     return found
 
 

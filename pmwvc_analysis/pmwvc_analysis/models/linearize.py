@@ -16,9 +16,10 @@ elsewhere (A t = t), and where nothing brakes them either, all may move on unifo
 such a translation). Close to their eigenvalues, which are one exactly, there may be others that
 matter; so they are taken out. With T an orthonormal basis of the translations, (I - T T^T) A has
 the eigenvalues of A less those of T, and zeros in their place; a uniform motion is a translation
-of that. Where devices, object, deflections and springs are and how devices and object move
-(``placed``, p) gives all other states s. With (A - I)[:, s] = Q U, they leave of (A - I) t = 0 the
-small problem (I - Q Q^T)(A - I)[:, p] t_p = 0: what is zero there but for rounding shows.
+of that, and is taken out in turn. Where devices, object, deflections and springs are and how
+devices and object move (``placed``, p) gives all other states s. With (A - I)[:, s] = Q U, they
+leave of (A - I) t = 0 the small problem (I - Q Q^T)(A - I)[:, p] t_p = 0: what is zero there but
+for rounding shows.
 
 Equations: docs/theory.md 15.1, 15.2.
 """
@@ -28,40 +29,31 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.linear import axes_of
-from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.loop import LinearLoop, held, loop_of, put_in
+from pmwvc_analysis.models.loop import LinearLoop, held, loop_of
 from pmwvc_analysis.models.response import placed, reduced
-from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
 ROUNDING = 1e-9  # of a radius
 STANDING, MOVING_ON = 1e-10, 1e-12  # zero but for rounding, to the largest singular value or to 1
-LARGEST_LIFTED = 1000  # users times ticks times axes
 
 
 class Linear:
     """The linear model of one loop, or of several side by side, packets under way as states."""
 
     def __init__(self, loop: LinearLoop) -> None:
-        late = put_in(loop)
-        whole = held(late, late.delays > 0)
-        n = len(whole.states)
-        stepped = np.delete(whole.matrix, np.s_[n : n + loop.sent], axis=1)
-        kept, rows = reduced(stepped, placed(whole.states))
-        names = [whole.states[j] for j in kept]
+        states, whole = held(loop)
+        stepped = np.delete(whole, np.s_[len(states) : len(states) + loop.sent], axis=1)
+        kept, rows = reduced(stepped, placed(states))
         n = self.count = len(kept)
-        self.loop, self.ticks = loop, loop.ticks
-        self.columns = {name: index for index, name in enumerate(names)}
-        self.states = [f"{name}, axis {axis}" if loop.dof > 1 else name for name, axis in names]
+        self.ticks, self.states = loop.ticks, [states[j] for j in kept]
         self.matrices = rows[:, :n, :n]  # A of every run, (runs, n, n)
         self.transition = self.matrices[0]
 
     @cached_property
     def quotient(self) -> tuple[Array, Integers]:
         """A of every run without rigid motions, and how many each has; see :func:`quotient`."""
-        return quotient(self.matrices, placed(self.columns))
+        return quotient(self.matrices, placed(self.states))
 
     def radii(self) -> Array:
         """Return the spectral radius of every run without rigid motions."""
@@ -77,10 +69,6 @@ class Linear:
         values = np.linalg.eigvals(self.quotient[0][0])
         return complex(values[np.argmax(np.abs(values))])
 
-    def stable(self) -> Flags:
-        """Tell of every run whether it is stable."""
-        return np.asarray(stable(self.radii()))
-
 
 def stable(radius: Any) -> Any:
     """Tell whether spectral radii mean stable: at most 1, but for rounding."""
@@ -88,16 +76,8 @@ def stable(radius: Any) -> Any:
 
 
 def build(scenario: Scenario, *, live: bool = False) -> LinearLoop:
-    """Return the loop of a scenario, with the hands' forces and what is read; PmwvcError also for
-    too many inputs.
-    """
-    dof, ticks = axes_of(scenario), hyperperiod_ticks(scenario)
-    if (lifted := len(scenario.users) * ticks * dof) > LARGEST_LIFTED:
-        raise PmwvcError(
-            f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod, along each "
-            f"axis), more than {LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
-        )
-    return put_in(loop_of(scenario, live=live, outputs=True))
+    """Return the loop of a scenario, with the hands' forces and what is read."""
+    return loop_of(scenario, live=live, outputs=True)
 
 
 def spectral_radius(loop: LinearLoop) -> float:
@@ -109,37 +89,18 @@ def quotient(matrices: Array, placed: Flags) -> tuple[Array, Integers]:
     """Return matrices ``(runs, n, n)`` without rigid motions, zeros in place of their eigenvalues,
     and how many each run has ``(runs,)``; ``placed`` are ``(n,)``, see module.
     """
-    p, s = np.flatnonzero(placed), np.flatnonzero(~placed)
-    moves = matrices - np.eye(len(placed))
-    orthogonal, upper = np.linalg.qr(moves[..., s])
-    across = orthogonal.swapaxes(1, 2)
-
-    def left(values: Array) -> Array:
-        return values - orthogonal @ (across @ values)
-
-    def whole(places: Array, goes: Array | float) -> Array:
-        """Return the z with these places and (A - I) z as given."""
-        z = np.zeros((*matrices.shape[:2], places.shape[2]))
-        z[:, p] = places
-        z[:, s] = np.linalg.solve(upper, across @ (goes - moves[..., p] @ places))
-        return z
-
-    columns, sizes, rows = np.linalg.svd(left(moves[..., p]), full_matrices=False)
-    motions = np.sum(sizes <= STANDING * np.maximum(sizes[:, :1], 1.0), axis=1)
-    if np.ptp(motions):  # runs with as many translations at a time
-        found, counts = np.empty_like(matrices), np.empty_like(motions)
-        for translations in np.unique(motions):
-            of = motions == translations
-            found[of], counts[of] = quotient(matrices[of], placed)
-        return found, counts
-    held = len(p) - int(motions[0])
-    still = whole(rows[:, held:].swapaxes(1, 2), 0.0)
-    driven = np.concatenate([columns[..., :held] * sizes[:, np.newaxis, :held], -left(still)], 2)
-    _, sizes, turns = np.linalg.svd(driven, full_matrices=False)
-    free = (sizes <= MOVING_ON * np.maximum(sizes[:, :1], 1.0))[:, ::-1]
-    along = (turns[:, ::-1] * free[..., np.newaxis]).swapaxes(1, 2)  # uniform motions, then zeros
-    uniform = whole(rows[:, :held].swapaxes(1, 2) @ along[:, :held], still @ along[:, held:])
-    basis = np.linalg.qr(np.concatenate([still, uniform], axis=2))[0]
-    motions = motions + free.sum(axis=1)
-    basis = basis * (np.arange(basis.shape[2]) < motions[:, np.newaxis])[:, np.newaxis]
-    return matrices - basis @ (basis.swapaxes(1, 2) @ matrices), motions
+    p, s, motions = np.flatnonzero(placed), np.flatnonzero(~placed), np.zeros(len(matrices), int)
+    for zero in (STANDING, MOVING_ON):
+        moves = matrices - np.eye(len(placed))
+        orthogonal, upper = np.linalg.qr(moves[..., s])
+        across = orthogonal.swapaxes(1, 2)
+        left = moves[..., p] - orthogonal @ (across @ moves[..., p])
+        _, sizes, rows = np.linalg.svd(left, full_matrices=False)
+        still = (sizes <= zero * np.maximum(sizes[:, :1], 1.0))[:, np.newaxis, ::-1]
+        basis = np.zeros((*matrices.shape[:2], len(p)))
+        basis[:, p] = rows[:, ::-1].swapaxes(1, 2) * still  # translations, then zeros
+        basis[:, s] = -np.linalg.solve(upper, across @ (moves[..., p] @ basis[:, p]))
+        basis = np.linalg.qr(basis)[0] * still
+        matrices = matrices - basis @ (basis.swapaxes(1, 2) @ matrices)
+        motions += still.sum(axis=(1, 2))
+    return matrices, motions

@@ -8,8 +8,7 @@ tick and y motion and force at the start of every tick, lifted over a hyperperio
     (z(n+1), u(n), y(n)) = M (z(n), w(n), f(n)),      w_j(n) = u_i(n - delay_j)
 
 A packet that comes in within the hyperperiod in which it was sent is put in (``delay_j = 0``); it
-was sent before, so there is no algebraic loop. Packets on longer ways are states of their own, or
-a delay, whatever its length.
+was sent before, so there is no algebraic loop. All others are a delay, or states of their own.
 """
 
 from collections.abc import Sequence
@@ -22,7 +21,7 @@ from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
 from pmwvc_analysis.models.matrices import matrices
 from pmwvc_analysis.models.response import EndMatrix, Signal, StateName
-from pmwvc_core.numeric import Array, Complex, Flags, Integers
+from pmwvc_core.numeric import Array, Complex, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -38,17 +37,11 @@ class LinearLoop(NamedTuple):
     matrix: Array
     sources: Integers  # of everything that comes in, the number of what is sent
     delays: Integers  # [hyperperiods]
-    ways: Integers  # numbers of users from 1 on; on the way down below zero
 
     @property
     def tick_s(self) -> float:
         """Period of every force loop [s]."""
         return self.scenario.tick_s
-
-    @property
-    def came(self) -> Integers:
-        """Columns of what comes in."""
-        return np.asarray(len(self.states) + np.arange(len(self.sources)))
 
     @property
     def system(self) -> tuple[Array, Array]:
@@ -68,89 +61,46 @@ class LinearLoop(NamedTuple):
         return np.asarray(turned * np.eye(len(rows)) - rows[:, : len(rows)])
 
 
-class System(NamedTuple):
-    """A linear system with n states, [A, B; C, D]."""
-
-    matrix: Array
-    n: int
-
-    def poles(self) -> Complex:
-        """Return the eigenvalues of A."""
-        return np.asarray(np.linalg.eigvals(self.matrix[: self.n, : self.n]).astype(complex))
-
-    @property
-    def growth(self) -> float:
-        """The length of the longest eigenvalue of A; 0 without a state."""
-        return float(np.abs(self.poles()).max(initial=0.0))
-
-    def angles_near(self, width: Array, widths: Array) -> Array:
-        """Return angles so many widths [rad] before and behind that of every pole."""
-        steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
-        return np.ravel(np.abs(np.angle(self.poles()))[:, np.newaxis] + steps)
-
-    def response(self, z: Complex) -> Complex:
-        """Return what goes out per what comes in ``(points, outputs, inputs)`` at points of the
-        z-plane.
-        """
-        n, whole = self.n, self.matrix
-        resolvent = z[:, np.newaxis, np.newaxis] * np.eye(n) - whole[:n, :n]
-        driven = np.linalg.solve(resolvent, whole[:n, n:].astype(np.complex128))
-        return np.asarray(whole[n:, :n] @ driven + whole[n:, n:])
-
-
 def loop_of(*runs: Scenario, live: bool = False, outputs: bool = False) -> LinearLoop:
     """Return the loop of scenarios that differ in what is :func:`.variation.stackable`; ``live``
     takes the phases of a live session instead of the simulator's. NonlinearError if something is
     not linear, PmwvcError if the hyperperiod is too long.
+
+    Packets of the same hyperperiod are put in: w = (I - P D)^-1 P (C z + ...), with P D nilpotent.
     """
-    scenario = runs[0]
-    parts, which = zip(*matrices(runs, live, outputs), strict=True)
+    scenario, (parts, which) = runs[0], zip(*matrices(runs, live, outputs), strict=True)
     times = [link_times(user, scenario, live=live) for user in scenario.users]
     ticks, (states, matrix) = hyperperiod_ticks(scenario), _joined(parts, which)
-    sources, delays, ways = _wires(parts, times, ticks)
+    sources, delays = _wires(parts, times, ticks)
     n, used = len(states), len(states) + np.arange(len(sources))
-    read = np.flatnonzero(matrix[:, :, used].any(axis=(0, 1)))  # what of the packets counts
-    kept = np.r_[:n, n + read, n + len(sources) : matrix.shape[2]]
-    wires = sources[read], delays[read], ways[read]
-    dof = axes_of(scenario)
+    counts = matrix[:, :, used].any(axis=(0, 1))  # what of the packets is read
+    now, late = np.flatnonzero(counts & (delays == 0)), np.flatnonzero(counts & (delays > 0))
+    left = np.r_[:n, n + late, n + len(sources) : matrix.shape[2]]
+    rows = matrix[:, n + sources[now]]
+    came = np.linalg.solve(np.eye(len(now)) - rows[:, :, n + now], rows[:, :, left])
+    matrix = matrix[:, :, left] + matrix[:, :, n + now] @ came
     sent = sum(len(part.sent) for part in parts)
-    return LinearLoop(scenario, live, ticks, dof, states, sent, matrix[:, :, kept], *wires)
+    wires = sources[late], delays[late]
+    return LinearLoop(scenario, live, ticks, axes_of(scenario), states, sent, matrix, *wires)
 
 
-def put_in(loop: LinearLoop) -> LinearLoop:
-    """Return a loop in which packets of the same hyperperiod no longer come in: w = (I - P D)^-1 P
-    (C z + ...), with P D nilpotent.
+def held(loop: LinearLoop) -> tuple[list[StateName], Array]:
+    """Return the states of a loop with every packet under way as one, one for each hyperperiod,
+    and its matrix ``(runs, states sent read, states forces)``.
     """
-    n, now = len(loop.states), loop.delays == 0
-    rows = loop.matrix[:, n + loop.sources[now]]
-    left = np.setdiff1d(np.arange(loop.matrix.shape[2]), loop.came[now])
-    ahead = np.eye(int(np.sum(now))) - rows[:, :, loop.came[now]]
-    came = np.linalg.solve(ahead, rows[:, :, left])
-    matrix = loop.matrix[:, :, left] + loop.matrix[:, :, loop.came[now]] @ came
-    return _with_wires(loop._replace(matrix=matrix), ~now)
-
-
-def held(loop: LinearLoop, which: Flags) -> LinearLoop:
-    """Return a loop with the packets of some wires as states, one for each hyperperiod."""
-    n, delays, came = len(loop.states), loop.delays[which], loop.came[which]
+    n, delays = len(loop.states), loop.delays
     first = np.cumsum(delays) - delays  # of the packets of each wire
-    m = int(delays.sum())
+    m, came = int(delays.sum()), slice(n, n + len(delays))
     passed = np.zeros((*loop.matrix.shape[:2], m))
     passed[:, :, first + delays - 1] = loop.matrix[:, :, came]
-    others = np.delete(loop.matrix, came, axis=2)
-    whole = np.concatenate([others[:, :, :n], passed, others[:, :, n:]], axis=2)
+    ends = loop.matrix[:, :, :n], passed, loop.matrix[:, :, came.stop :]
+    whole = np.concatenate(ends, axis=2)
     packets = np.zeros((len(whole), m, whole.shape[2]))
-    packets[:, first] = whole[:, n + loop.sources[which]]
+    packets[:, first] = whole[:, n + loop.sources]
     later = np.setdiff1d(np.arange(m), first)
     packets[:, later, n + later - 1] = 1.0
-    whole = np.concatenate([whole[:, :n], packets, whole[:, n:]], axis=1)
     names = [(f"packet under way {k}", 0) for k in range(1, m + 1)]
-    return _with_wires(loop._replace(states=loop.states + names, matrix=whole), ~which)
-
-
-def _with_wires(loop: LinearLoop, which: Flags) -> LinearLoop:
-    kept = loop.sources[which], loop.delays[which], loop.ways[which]
-    return loop._replace(sources=kept[0], delays=kept[1], ways=kept[2])
+    return loop.states + names, np.concatenate([whole[:, :n], packets, whole[:, n:]], axis=1)
 
 
 def _joined(
@@ -174,9 +124,9 @@ def _joined(
 
 def _wires(
     parts: Sequence[EndMatrix], times: Sequence[LinkTimes], ticks: int
-) -> tuple[Integers, Integers, Integers]:
-    """Return for everything that comes in the number of what is sent, how many hyperperiods ago,
-    and whose way it is: numbers of users from 1 on, on the way down below zero.
+) -> tuple[Integers, Integers]:
+    """Return for everything that comes in the number of what is sent, and how many hyperperiods
+    ago.
     """
     *users, server = parts
     firsts = np.cumsum([0, *(len(each.sent) for each in users)])
@@ -187,9 +137,9 @@ def _wires(
     for i, end in enumerate(users):
         for slot, name, axis in end.came:
             sent, ago = down[i][slot.packet]
-            found.append((at_server[Signal(Slot(i, sent), name, axis)], ago, -1 - i))
+            found.append((at_server[Signal(Slot(i, sent), name, axis)], ago))
     for slot, name, axis in server.came:
         sent, ago = up[slot.way][slot.packet]
         at = users[slot.way].sent.index(Signal(Slot(0, sent), name, axis))
-        found.append((firsts[slot.way] + at, ago, 1 + slot.way))
+        found.append((firsts[slot.way] + at, ago))
     return tuple(np.array(found).T)

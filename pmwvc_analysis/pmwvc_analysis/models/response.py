@@ -11,17 +11,14 @@ others out changes no eigenvalue other than zero, nor what follows from the inpu
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from functools import reduce
-from operator import getitem
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pmwvc_analysis.models.ends import SIGNALS, Came, End, Slot
+from pmwvc_analysis.models.ends import SIGNALS, Came, End, Signals, Slot
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.models.nested import Forest, Path, forest, leaves, lists, planted
-from pmwvc_core.law.channel.packet import Packet
+from pmwvc_analysis.models.nested import named, numbers_in, planted
 from pmwvc_core.numeric import Array, Flags, Integers
 
 OUTPUTS = ("x", "xd", "f")
@@ -61,17 +58,16 @@ class Response:
     """
 
     def __init__(self, end: End, forces: bool = False, like: "Response | None" = None) -> None:
-        self._end, self._rest, self._lists = end, end.s, [*lists(end.s)]
+        self._end, self._rest, self._numbers = end, end.s, numbers_in(end.s)
         self._forces = end.ticks * end.dof * forces
-        self._sent: dict[Slot, Packet] = {}
-        self.came = [
-            Signal(Slot(way, packet), name, axis)
+        self._slots = [
+            Slot(way, packet)
             for way, each in enumerate(end.ways)
             for packet in range(len(each.arrivals(each.looked.phase, end.ticks)))
-            for name, values in zip(SIGNALS, end.nothing, strict=True)
-            for axis in range(len(values))
         ]
-        self._places: dict[StateName, Path] = like._places if like else self._found_places()
+        self.came = [signal for slot in self._slots for signal in _signals(slot, end.nothing)]
+        self.sent: list[Signal] = []
+        self._places: dict[StateName, int] = like._places if like else self._found_places()
         self.states: list[StateName] = like.states if like else self._found_states()
 
     def matrix(self, states: Sequence[StateName] = (), *, one: float = ONE) -> EndMatrix:
@@ -82,8 +78,7 @@ class Response:
         weights = self._weights(states)
         units = np.concatenate([np.eye(len(weights)), [weights, -weights]])
         answers = self._answers(one * units, states).T / one
-        sent = [signal for signal, _ in self._packets()]
-        names = [name for name, _ in self._places] + [f"{end.name} {s.name}" for s in sent]
+        names = [name for name, _ in self._places] + [f"{end.name} {s.name}" for s in self.sent]
         names += [f"{end.name}.{name}" for name in OUTPUTS for _ in range(self._forces)]
         n, of_all = len(self._places), list(self._places)
         rows = [*map(of_all.index, states), *range(n, len(names))]
@@ -96,7 +91,8 @@ class Response:
                 f"{end.scenario.name}: superposition does not hold for {', '.join(sorted(bad))}; "
                 "there is no linear model; use 'pmwvc simulate'"
             )
-        return EndMatrix(states, self.came, sent, len(names) - n - len(sent), whole[np.newaxis])
+        read = len(names) - n - len(self.sent)
+        return EndMatrix(states, self.came, self.sent, read, whole[np.newaxis])
 
     def _weights(self, states: Sequence[StateName]) -> Array:
         """Return numbers for states, packets and forces."""
@@ -106,46 +102,34 @@ class Response:
 
     def _answers(self, given: Array, states: Sequence[StateName]) -> Array:
         """Return what comes of numbers for states, packets and forces ``(cases, numbers)``: all
-        numbers of the end, what is sent and read, ``(cases, numbers)``, less what comes of zeros.
+        numbers that may be states, what is sent and read, ``(cases, numbers)``, less what comes of
+        zeros.
         """
-        places = forest([self._places[name] for name in states], self._lists)
+        at = [self._places[name] for name in states]
         cases = [[0.0] * given.shape[1], *given.tolist()]
-        rest, *found = (self._went(case, places, len(states)) for case in cases)
-        moved = np.array(found) - rest
+        went = np.array([self._went(case, at) for case in cases])
+        kept = np.r_[[*self._places.values()], len(self._numbers) : went.shape[1]]
+        rest, moved = went[0, kept], went[1:, kept] - went[0, kept]
         return np.where(np.abs(moved) <= ROUNDING * np.abs(rest), 0.0, moved)
 
-    def _went(self, given: list[float], places: Forest, n: int) -> list[float]:
-        """Step with the first n numbers at their places; see :meth:`_answers`."""
-        end = self._end
-        end.s = end.followed(planted(self._rest, places, given))
-        came, forces = self._coming(given[n:]), given[n + len(self.came) :]
-        read, self._sent = list[Any](), {}
+    def _went(self, given: list[float], at: list[int]) -> list[float]:
+        """Step with the first numbers at these places; return all numbers, sent and read."""
+        end, numbers, n = self._end, self._numbers.copy(), len(at) + len(self.came)
+        for place, number in zip(at, given, strict=False):
+            numbers[place] = number
+        end.s = end.followed(planted(self._rest, iter(numbers)))
+        come, forces = iter(given[len(at) : n]), given[n:]
+        came: Came = {slot: planted(end.nothing, come) for slot in self._slots}
+        read, went = list[Any](), dict[Slot, Signals]()
         for tick in range(end.ticks):
             force = tuple(forces[tick * end.dof :][: end.dof])
             sent, motion = end.step(tick, came, force or end.nothing[0])
-            self._sent |= sent
+            went |= {slot: (p.wave, p.position, p.extra) for slot, p in sent.items()}
             read.append(motion)
-        found = [reduce(getitem, place, end.s) for place in self._places.values()]
-        found += [number for _, number in self._packets()]
+        self.sent = [signal for slot, values in went.items() for signal in _signals(slot, values)]
         outputs = range(len(OUTPUTS)) if forces else ()
-        return found + [x for i in outputs for motion in read for x in motion[i]]
-
-    def _packets(self) -> Iterator[tuple[Signal, float]]:
-        """Yield the signals of the packets that were sent."""
-        for slot, packet in self._sent.items():
-            for name in SIGNALS:
-                for axis, number in enumerate(getattr(packet, name)):
-                    yield Signal(slot, name, axis), number
-
-    def _coming(self, numbers: Sequence[float]) -> Came:
-        """Return the packets that come in, of these numbers."""
-        found: dict[Slot, tuple[list[float], ...]] = {}
-        for (slot, name, _), number in zip(self.came, numbers, strict=False):
-            found.setdefault(slot, ([], [], []))[SIGNALS.index(name)].append(number)
-        return {
-            slot: (tuple(wave), tuple(position), tuple(extra))
-            for slot, (wave, position, extra) in found.items()
-        }
+        motions = [motion[i] for i in outputs for motion in read]
+        return numbers_in((end.s, *went.values(), *motions))
 
     def _found_states(self) -> list[StateName]:
         """Return those that motion and packets set in motion."""
@@ -161,20 +145,15 @@ class Response:
                 return states
             states = [name for name in self._places if name in found]
 
-    def _found_places(self) -> dict[StateName, Path]:
+    def _found_places(self) -> dict[StateName, int]:
         """Return where a state may be: at numbers that do not follow from others."""
-        found = {
-            path: names
-            for path, names, value in leaves(self._rest)
-            if names[-1] not in WATCHING and math.isfinite(value)
-        }
-        marks = [0.5 + number for number in range(len(found))]
-        left = self._end.followed(planted(self._rest, forest(found, ()), marks))
-        rows = zip(found.items(), marks, strict=True)
+        marks = [0.5 + number for number in range(len(self._numbers))]
+        left = numbers_in(self._end.followed(planted(self._rest, iter(marks))))
+        rows = enumerate(zip(named(self._rest), self._numbers, marks, left, strict=True))
         return {
-            self._named(names): path
-            for (path, names), mark in rows
-            if reduce(getitem, path, left) is mark
+            self._named(names): place
+            for place, (names, value, mark, found) in rows
+            if names[-1] not in WATCHING and math.isfinite(value) and found == mark
         }
 
     def _named(self, names: tuple[str | int, ...]) -> StateName:
@@ -184,6 +163,12 @@ class Response:
         return ".".join(
             [self._end.name, *(str(p) for i, p in enumerate(names) if i != last)]
         ), axis
+
+
+def _signals(slot: Slot, values: Signals) -> list[Signal]:
+    """Return the numbers of a packet by name."""
+    pairs = zip(SIGNALS, values, strict=True)
+    return [Signal(slot, name, axis) for name, each in pairs for axis in range(len(each))]
 
 
 def placed(states: Iterable[StateName]) -> Flags:

@@ -10,69 +10,33 @@ is done: so an answer never depends on how busy a machine is. What costs more is
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.ends import PerturbedUser
-from pmwvc_analysis.models.linear import require_linear
-from pmwvc_analysis.models.linearize import Linear
+from pmwvc_analysis.models.linear import axes_of, require_linear
+from pmwvc_analysis.models.linearize import Linear, stable
 from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.long_delays import Long, is_long
-from pmwvc_analysis.models.loop import LinearLoop, loop_of
-from pmwvc_analysis.models.matrices import ends_of
+from pmwvc_analysis.models.loop import loop_of
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.words import count
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
 LOWEST = 0.1  # [N/m]
-PER_DECADE = 10
 LARGEST_BATCH = 512
-ROUGHLY: dict[str, Any] = {"within": 1e-4, "parts": 5}  # where an evaluation is costly
-RADIUS = 30  # circles to draw for a radius
 ALLOWED = 4e9  # work of a question, about nanoseconds, as measured on one core of 2024
 TICK = 4e4  # of one user in one tick, from one state
 STATES = 12  # of a user at either end, before they are counted
-EVALUATIONS = 200  # of a search for the largest stiffness
-CUBE = 10.0  # eigenvalues of a matrix, per n^3
-CIRCLE = 2e5  # of loci around long delays, per state and per signal that goes round
+EIGENVALUES = 10.0  # of a matrix, per n^3
+# Searches for the largest stiffness: evaluations, points a decade, relative precision and parts.
+SEARCHES = ((200, 10, 1e-6, 9), (80, 4, 1e-4, 5))
 
 
 class UnknownError(PmwvcError, ValueError):
     """A question needs more work than it may."""
-
-
-class StabilityWork:
-    """Work done for a question about a scenario; that about several is as many questions."""
-
-    def __init__(self, scenario: Scenario, questions: int = 1) -> None:
-        self._scenario, self.left = scenario, ALLOWED * questions
-        self._stepped = set[Scenario]()
-
-    def stepping(self, runs: Sequence[Scenario], live: bool) -> None:
-        """Count stepping all ends around their hyperperiod, from every state and packet, once."""
-        for (kind, ticks, dof, *_), of_runs in ends_of(runs, live):
-            new, users = set(of_runs) - self._stepped, of_runs[0].users
-            self._stepped |= new
-            steps = ticks if kind is PerturbedUser else ticks // runs[0].period_ticks
-            packets = sum(2 * ticks // user.master.rate_drop for user in users)
-            columns = (STATES * len(users) + packets) * dof
-            self.count(TICK * columns * steps * len(users) * len(new))
-
-    def count(self, more: float, what: str = "") -> None:
-        """Count work on something; UnknownError where it is more than allowed."""
-        self.left -= more
-        if self.left < 0.0:
-            sizes = [f"a hyperperiod of {hyperperiod_ticks(self._scenario)} ticks", what]
-            raise UnknownError(
-                f"{self._scenario.name}: not known: {', '.join(filter(None, sizes))}: too much "
-                "work for the exact model; equal master.rate_drop and server.period_s (or common "
-                "factors) and shorter delays need less, 'pmwvc simulate' needs none"
-            )
 
 
 class StabilityLimit(NamedTuple):
@@ -87,6 +51,17 @@ class StabilityLimit(NamedTuple):
     islands: list[tuple[float, float]]  # stable ranges above
     unknown: str = ""  # why it is not known
 
+    @property
+    def text(self) -> str:
+        """The limit in words."""
+        if self.unknown:
+            return f"largest stable contact stiffness: {self.unknown}"
+        if self.first is None:
+            return f"stable at every contact stiffness up to {self.bound:,.0f} N/m"
+        if self.first == 0.0:
+            return "unstable at every contact stiffness"
+        return f"largest stable contact stiffness: {self.first:.1f} N/m"
+
 
 def radii(*runs: Scenario, live: bool = False) -> Array:
     """Return the spectral radii ``(runs,)`` over the hyperperiod of scenarios that differ in what
@@ -94,55 +69,55 @@ def radii(*runs: Scenario, live: bool = False) -> Array:
     """
     for run in runs[1:]:  # the first one is looked at by each loop
         require_linear(run)
-    model = _model(runs, StabilityWork(runs[0], len(runs)), live=live, circles=RADIUS)
-    return model.radii()
+    return model_of(*runs, live=live).radii()
 
 
-def _model(
-    runs: Sequence[Scenario], work: StabilityWork, *, live: bool, circles: int
-) -> Linear | Long:
-    """Return the model of scenarios; work is counted before it is done, so many circles for one
-    with long delays.
+def model_of(*runs: Scenario, live: bool = False, evaluations: int = 1) -> Linear:
+    """Return the model of scenarios; UnknownError where so many of it are too much work."""
+    require_linear(runs[0])
+    _require_little(runs[0], evaluations)
+    loop = loop_of(*runs, live=live)
+    _require_little(runs[0], evaluations, len(loop.states) + int(loop.delays.sum()))
+    return Linear(loop)
+
+
+def _require_little(scenario: Scenario, evaluations: int, states: int = 0) -> None:
+    """Raise UnknownError where stepping the users once and the server for every evaluation around
+    their hyperperiod, from every state and packet, and eigenvalues are more work than allowed.
     """
-    work.stepping(runs, live)
-    model = model_of(loop_of(*runs, live=live))
-    if isinstance(model, Long):
-        for signals, states in (loci.size for loci in model.loci):
-            cost = circles * CIRCLE * max(states, 1) * signals
-            work.count(cost, f"packets of {count(signals, 'signal')} on a long way")
-    else:
-        states = model.count - int(model.quotient[1].min())
-        work.count(CUBE * len(runs) * states**3, f"{states} states")
-    return model
-
-
-def model_of(loop: LinearLoop) -> Linear | Long:
-    """Return the model of loops: of a matrix, or with long delays apart."""
-    return Long(loop) if is_long(loop) else Linear(loop)
+    ticks, users = hyperperiod_ticks(scenario), scenario.users
+    columns = sum(STATES + 2 * ticks // user.master.rate_drop for user in users)
+    steps = ticks + evaluations * len(users) * ticks // scenario.period_ticks
+    work = TICK * columns * axes_of(scenario) * steps
+    if work + evaluations * EIGENVALUES * states**3 > ALLOWED:
+        sizes = [f"a hyperperiod of {ticks} ticks", f"{states} states" if states else ""]
+        raise UnknownError(
+            f"{scenario.name}: not known: {', '.join(filter(None, sizes))}: too much work for the "
+            "exact model; equal master.rate_drop and server.period_s (or common factors) and "
+            "shorter delays need less, 'pmwvc simulate' needs none"
+        )
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> StabilityLimit:
     """Return the largest contact stiffness [N/m], all in proportion; unknown: too much work."""
-    work = StabilityWork(scenario)
 
     def at(stiffness: Array) -> Flags:
-        """Tell where the loop is stable: quicker than radii at long delays."""
-        stiff = [with_stiffness(scenario, each) for each in stiffness]
-        return _model(stiff, work, live=live, circles=1).stable()
+        """Tell where the loop is stable."""
+        stiff = (with_stiffness(scenario, each) for each in stiffness)
+        return np.asarray(stable(model_of(*stiff, live=live).radii()))
 
-    try:
-        for stiffness in (bound, LOWEST):
-            before = work.left
-            at(np.array([stiffness]))
-        fine = float(np.clip(0.5 * before / (EVALUATIONS * (before - work.left)), 0.4, 1.0))
-        points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE * fine))
-        grid = np.geomspace(LOWEST, bound, points)
-        changes = crossings(at, grid, **({} if fine == 1.0 else ROUGHLY))
-    except UnknownError as error:
-        return StabilityLimit(None, bound, [], str(error))
-    values = [*(value for value, _ in changes), bound]
-    islands = list(zip(values[1::2], values[2::2], strict=False))
-    return StabilityLimit(values[0] if changes else None, bound, islands)
+    for evaluations, per_decade, within, parts in SEARCHES:
+        try:
+            model_of(with_stiffness(scenario, bound), live=live, evaluations=evaluations)
+        except UnknownError as error:
+            unknown = str(error)
+            continue
+        points = 1 + int(np.ceil(np.log10(bound / LOWEST) * per_decade))
+        changes = crossings(at, np.geomspace(LOWEST, bound, points), within=within, parts=parts)
+        values = [*(value for value, _ in changes), bound]
+        islands = list(zip(values[1::2], values[2::2], strict=False))
+        return StabilityLimit(values[0] if changes else None, bound, islands)
+    return StabilityLimit(None, bound, [], unknown)
 
 
 def crossings(

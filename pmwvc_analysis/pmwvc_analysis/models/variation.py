@@ -6,6 +6,7 @@ model has them: without limits, in contact all the time.
 """
 
 import functools
+import itertools
 import math
 from types import SimpleNamespace
 from typing import Any, TypeVar
@@ -25,7 +26,7 @@ from pmwvc_core.server.contained import Contained
 
 AMPLE_J = 1e3  # more than any wave of the model needs, so no account ever binds
 LEAST_S = 1e-9  # of a soft start
-SETTLED_S = 100.0  # many times as long as the lag takes to follow, with packets shorter than steps
+SETTLED_S = 100.0  # at most: many times as long as the lag takes to follow
 KEPT = ("tick_s", "brake_stiffness")  # of the limits
 TIMES = ("delay_s", "tick_s", "period_s")  # numbers that decide when things happen
 T = TypeVar("T")
@@ -54,16 +55,6 @@ def with_stiffness(scenario: Scenario, stiffness: float) -> Scenario:
         own = float(stiffness) * (value / top if top > 0.0 else 1.0)
         users.append(changed(user, contact=changed(user.contact, contact_stiffness=own)))
     return changed(scenario, users=tuple(users))
-
-
-def with_impedances(user: User, master: float, server: float | None) -> User:
-    """Return a user with numbers as impedances of both ends, None: that of the other [N s/m]."""
-    none: dict[str, Any] = {"impedance_matrix": ""}
-    return changed(
-        user,
-        master=changed(user.master, impedance=master, **none),
-        contact=changed(user.contact, impedance=server, **none),
-    )
 
 
 def user_at_rest(scenario: Scenario, dof: int, answer_tick: int, fed: bool) -> tuple[Any, Any]:
@@ -138,13 +129,16 @@ def with_pace(s: Any, pace: Pace, store_s: float) -> Any:
 def settled_pace(way: LinkWay, tick_s: float) -> Pace:
     """Return the settled clock of a receiver where a hyperperiod begins."""
     sent, looked = way.sent, way.looked
-    ticks, pace = math.lcm(sent.period, looked.period), NEW
+    ticks, pace, before = math.lcm(sent.period, looked.period), NEW, None
     arrival = (sent.phase + way.delay) % sent.period
     end = ticks * math.ceil(SETTLED_S / (ticks * tick_s))
-    for look in range(looked.phase, end, looked.period):
-        while arrival <= look:
-            pace = pace_arrive(pace, sent.period * tick_s)
-            arrival += sent.period
-        if arrival >= sent.period:
-            pace, _, _ = pace_step(pace, looked.period * tick_s)
+    looks = iter(range(looked.phase, end, looked.period))
+    while pace.burst_s > 0.0 or pace != before:
+        before = pace
+        for look in itertools.islice(looks, ticks // looked.period):
+            while arrival <= look:
+                pace = pace_arrive(pace, sent.period * tick_s)
+                arrival += sent.period
+            if arrival >= sent.period:
+                pace, _, _ = pace_step(pace, looked.period * tick_s)
     return pace

@@ -133,12 +133,6 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
     return values
 
 
-def passive(scenario: Scenario) -> bool:
-    """Tell whether stability at any constant delay is proved, a server port limiting or not."""
-    found = any_delay(scenario)
-    return found is not None and found.proved
-
-
 def aliasing_gain(user: User) -> float:
     """Return the largest ratio of a packet's energy to that of the wave it samples."""
     master = user.master

@@ -163,17 +163,8 @@ def _stability_lines(scenario: Scenario, known: prediction.StabilityAnswer) -> l
 
 
 def _stability(model: prediction.Exact) -> str:
-    first, bound = model.limit.first, model.limit.bound
-    if model.limit.unknown:
-        reach = "largest stable contact stiffness not known (more work than allowed)"
-    elif first is None:
-        reach = f"at every contact stiffness up to {bound:,.0f} N/m"
-    elif first == 0.0:
-        reach = "unstable at every contact stiffness"
-    else:
-        reach = f"largest stable contact stiffness {first:.0f} N/m"
     word = "Stable" if model.stable else "NOT stable"
-    return f"{word}: spectral radius {model.spectral_radius:.5g}; {reach}"
+    return f"{word}: spectral radius {model.spectral_radius:.5g}; {model.limit.text}"
 
 
 def _device_lines(scenario: Scenario) -> list[str]:

@@ -64,7 +64,7 @@ def user_traces(
     restarts = _restarts(blocks)
     for block, size in zip(blocks, sizes.tolist(), strict=True):
         if not block.hand_force_known or len(block.f_h) != size * dof:
-            block.f_h = np.full(size * dof, np.nan)
+            block.f_h = [np.nan] * (size * dof)
     traces = UserTraces(
         name=name,
         tick_s=period,

@@ -17,7 +17,7 @@ No delay is below zero, and the delays that an emulated link recorded are taken 
 the least of each stays, -min(down) <= theta <= min(up). Where theta = 0 fits, both run on one
 host; else theta follows the line of :mod:`pmwvc_core.transport.path`: hosts drift.
 
-Equations: docs/theory.md 13.10.
+Equations: docs/theory.md 13.8.
 """
 
 from collections.abc import Mapping, Sequence
@@ -130,7 +130,7 @@ def align(
     up: FateTraces | None = None,
     down: FateTraces | None = None,
 ) -> Alignment | None:
-    """Return the alignment of a master's clock with the server's (13.10); None without echoes.
+    """Return the alignment of a master's clock with the server's (13.8); None without echoes.
 
     From their Wave messages, as sent, and what the emulated link up and down did to the packets.
     """

@@ -26,7 +26,7 @@ from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.own import Decoded, Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
-from pmwvc_analysis.recording.sequence import GapCounter, numbered
+from pmwvc_analysis.recording.sequence import Gap, gaps, numbered
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.packet import intact
@@ -45,7 +45,7 @@ class Content:
     topics: Topics = field(default_factory=dict)
     files: dict[str, Salvage] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    counter: GapCounter = field(default_factory=GapCounter)
+    messages: Counter[str] = field(default_factory=Counter)  # by topic, also of other programs
     events: list[dict[str, Any]] = field(default_factory=list)
     parameters: list[ParameterChange] = field(default_factory=list)  # of any node
     hands: list[RawMessage] = field(default_factory=list)  # targets, and whether they count
@@ -54,6 +54,11 @@ class Content:
         """Return the topics of one type that have messages, sorted by name."""
         found = sorted((name, each) for name, each in self.topics.items() if each.rows)
         return {name: each for name, each in found if each.type_name == type_name}
+
+    def gaps(self, topic: str) -> dict[str, Gap]:
+        """Return the gaps in the numbers of every publisher of a topic."""
+        series = self.topics.get(topic)
+        return gaps(row.number for row in series.rows) if series else {}
 
     def of_links(self, type_name: str) -> dict[str, list[Any]]:
         """Return the messages of one type by the name of their link."""
@@ -93,7 +98,7 @@ def read_content(folder: Path) -> Content:
         content.files[path.name] = file
         content.metadata.update(file.metadata)
         for topic in file.topics:
-            content.counter.topic(topic)
+            content.messages[topic] += 0  # counted also where nothing came
         if file.end:
             what = f"{path.name} ends early ({file.end}); everything before is read"
             event = {"time_s": None, "who": "recorder", "kind": CUT, "what": what}
@@ -112,8 +117,7 @@ def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
             undecoded[message.topic, problem] += 1
     content.events += keep_own(content.topics)
     for topic, series in content.topics.items():
-        for row in series.rows:
-            content.counter.add(topic, row.number)
+        content.messages[topic] = len(series.rows)
     for (topic, reason), number in undecoded.items():
         what = f"{topic}: {count(number, 'message')} cannot be decoded ({reason})"
         content.events.append({"time_s": None, "who": "recorder", "what": what})
@@ -123,13 +127,13 @@ def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
 def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
     """Take a message in; return why it cannot be decoded."""
     if raw.type_name not in schemas.OUR_TYPES:
-        content.counter.add(raw.topic, None)
+        content.messages[raw.topic] += 1
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
             content.parameters.append(change)
         if is_of_hand(raw):
             content.hands.append(raw)
         return None
-    content.counter.topic(raw.topic)
+    content.messages[raw.topic] += 0
     if raw.type_name == schemas.WAVE and not intact(raw.data):
         return None  # corrupted by a link: nothing in it is believed; the fates tell of it
     try:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording.sequence import GapCounter
+from pmwvc_analysis.recording.content import Content
 from pmwvc_analysis.recording.topics import relayed, source_of
 from pmwvc_core.network.in_flight import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
@@ -101,15 +101,16 @@ def came_out(fates: FateTraces) -> Flags:
 
 
 def topic_counts(
-    counter: GapCounter, fates: Mapping[str, FateTraces], packets: Mapping[str, PacketTraces]
+    content: Content, fates: Mapping[str, FateTraces], packets: Mapping[str, PacketTraces]
 ) -> tuple[dict[str, dict[str, int]], list[dict[str, Any]]]:
     """Return ``messages``, ``missing`` and, where there are any, ``not_relayed`` by topic, and as
     events which packets never reached their link.
     """
     counts: dict[str, dict[str, int]] = {}
-    for topic, messages in counter.messages.items():
-        known = fates.get(relayed(topic) or "")
-        missing = _not_recorded(packets.get(topic), known) if known else counter.missing(topic)
+    for topic, messages in content.messages.items():
+        missing = sum(gap.missing for gap in content.gaps(topic).values())
+        if known := fates.get(relayed(topic) or ""):
+            missing = _not_recorded(packets.get(topic), known)
         counts[topic] = {"messages": messages, "missing": missing}
     events: list[dict[str, Any]] = []
     for link, known in fates.items():

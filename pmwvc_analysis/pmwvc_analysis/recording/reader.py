@@ -78,7 +78,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         traces.taken[f"{name}/down"] = own
         ends.append(float(user.time_s[-1]) + user.tick_s)
     traces.duration_s = max(ends, default=traces.duration_s)
-    traces.counts, lost = links.topic_counts(content.counter, fates, traces.packets)
+    traces.counts, lost = links.topic_counts(content, fates, traces.packets)
     changed, changes = parameter_changes(content.parameters, folder, zero_ns)
     traces.settings = taken_over(changes, traces.users, traces.server)
     traces.events = _events(folder, content, changed, zero_ns) + lost
@@ -87,7 +87,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
 
 def _nothing(folder: Path, content: Content) -> str:
     """Return why a recording that was opened holds nothing of a session, and what it holds."""
-    others = [topic for topic, count in content.counter.messages.items() if count]
+    others = [topic for topic, count in content.messages.items() if count]
     why = "; ".join(str(event["what"]) for event in content.events) or "nothing was recorded"
     if others:
         shown = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")

@@ -4,8 +4,7 @@
 
 A killed recorder leaves a file without index and footer, often cut in the middle of a record.
 Everything up to the last whole chunk is there, each chunk guarded by its checksum. The library
-checks chunks and the data section; here the summary is checked, and what it counts. Checksums that
-a writer left out (0) are noted.
+checks chunks and the data section; here the summary is checked, and what it counts.
 """
 
 import struct
@@ -51,17 +50,11 @@ class Salvage:
     chunks: int = 0
     end: str | None = None  # why the file ends early; None: it is complete
     problems: list[str] = field(default_factory=list)  # why it is not whole
-    notes: list[str] = field(default_factory=list)  # checksums that it has not
 
     @property
     def whole(self) -> bool:
         """Tell whether nothing is wrong."""
         return not self.problems
-
-    def needs(self, crc: int, what: str) -> None:
-        """Note a checksum that is not there."""
-        if not crc:
-            self.notes.append(f"no checksum of {what}")
 
 
 def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
@@ -111,15 +104,13 @@ def _records(
     data_end = 0
     for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
         match record:
-            case mcap.Chunk(uncompressed_crc=crc):
+            case mcap.Chunk():
                 salvage.chunks += 1
-                salvage.needs(crc, f"chunk {salvage.chunks}")
                 yield from breakup_chunk(record, validate_crc=True)
             case mcap.Metadata():
                 salvage.metadata[record.name] = record.metadata
-            case mcap.DataEnd(data_section_crc=crc):
+            case mcap.DataEnd():
                 data_end = stream.tell()
-                salvage.needs(crc, "the data section")
             case mcap.Statistics(channel_message_counts=stated, chunk_count=chunks):
                 if (Counter(stated), chunks) != (counts, salvage.chunks):
                     salvage.problems.append("the statistics do not fit what is in the file")
@@ -138,7 +129,6 @@ def _check_summary(stream: BinaryIO, footer: mcap.Footer, data_end: int, salvage
     found = stream.read(end - begin)
     if not data_end or not found.startswith(DATA_END):
         salvage.problems.append("there is no end of the data: the file was not finished")
-    salvage.needs(footer.summary_crc, "the summary")
     summary = found[(footer.summary_start or data_end) - begin : -CRC_BYTES]
-    if footer.summary_crc not in (0, zlib.crc32(summary)):
+    if footer.summary_crc not in (0, zlib.crc32(summary)):  # 0: the writer left it out
         salvage.problems.append("the checksum of the summary is wrong")

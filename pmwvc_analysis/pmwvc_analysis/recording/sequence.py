@@ -8,22 +8,19 @@ that did, is missing; the first one of a publisher started while recording is 1,
 before it counts too.
 """
 
+from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from pmwvc_analysis.recording import schemas
 
-MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
 
-
-@dataclass(frozen=True, slots=True)
-class Numbered:
-    """Numbers of a message: publisher (epoch or link), and ``count`` numbers from ``first`` on."""
+class Numbered(NamedTuple):
+    """Numbers of a message: publisher (epoch or link), and ``many`` numbers from ``first`` on."""
 
     stream: str
     first: int
-    count: int = 1
+    many: int = 1
 
 
 def numbered(type_name: str, message: Any) -> Numbered:
@@ -34,57 +31,20 @@ def numbered(type_name: str, message: Any) -> Numbered:
     return Numbered(f"{int(message.epoch):016x}", int(number))
 
 
-@dataclass
-class StreamCount:
-    """The numbers of one publisher on one topic: how many were ``seen``, and the ``newest``.
-
-    One that comes again counts again: only an emulated link delivers a packet twice, and behind
-    one its fates tell what is missing.
+class Gap(NamedTuple):
+    """How many numbers of a publisher never came, and how many did. One that comes again counts
+    again: only an emulated link delivers a packet twice, and its fates tell what is missing.
     """
 
-    seen: int = 0
-    newest: int = 0
-
-    def add(self, first: int, count: int) -> None:
-        """Add consecutive numbers."""
-        self.seen += count
-        self.newest = max(self.newest, first + count - 1)
-
-    @property
-    def missing(self) -> int:
-        """Count of numbers from 1 to the newest that never arrived."""
-        return max(self.newest - self.seen, 0)
+    missing: int
+    seen: int
 
 
-class GapCounter:
-    """Messages and missing numbers per topic and publisher."""
-
-    def __init__(self) -> None:
-        self.messages: dict[str, int] = {}
-        self.streams: dict[str, dict[str, StreamCount]] = {}
-
-    def add(self, topic: str, numbers: Numbered | None) -> None:
-        """Count one message; ``numbers`` is None where it carries no number."""
-        self.messages[topic] = self.messages.get(topic, 0) + 1
-        if numbers is not None:
-            streams = self.streams.setdefault(topic, {})
-            if numbers.stream in streams or len(streams) < MOST_STREAMS:
-                streams.setdefault(numbers.stream, StreamCount()).add(numbers.first, numbers.count)
-
-    def topic(self, name: str) -> None:
-        """Name a topic that is expected, so that it is counted even when nothing comes."""
-        self.messages.setdefault(name, 0)
-
-    def missing(self, topic: str) -> int:
-        """Return how many numbers are missing on a topic, over all publishers."""
-        return sum(stream.missing for stream in self.streams.get(topic, {}).values())
-
-    def lines(self, topics: Iterable[str] | None = None) -> list[str]:
-        """Return one line of text per topic and publisher where numbers are missing."""
-        return [
-            f"{topic}: {stream.missing} of {stream.missing + stream.seen} missing "
-            f"(publisher {name})"
-            for topic in (self.streams if topics is None else topics)
-            for name, stream in self.streams.get(topic, {}).items()
-            if stream.missing
-        ]
+def gaps(numbers: Iterable[Numbered]) -> dict[str, Gap]:
+    """Return the gaps of every publisher of a topic, by its name."""
+    seen: Counter[str] = Counter()
+    newest: dict[str, int] = {}
+    for stream, first, many in numbers:
+        seen[stream] += many
+        newest[stream] = max(newest.get(stream, 0), first + many - 1)
+    return {stream: Gap(max(newest[stream] - n, 0), n) for stream, n in seen.items()}

@@ -6,6 +6,7 @@ and texts: source, scenario, seed, parameters, versions.
 """
 
 import contextlib
+import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
@@ -137,16 +138,10 @@ def information(
     }
 
 
-class _Dumper(yaml.SafeDumper):
-    """Writes out twice what is there twice."""
-
-    def ignore_aliases(self, data: object) -> bool:
-        return True
-
-
 def dump(content: object) -> str:
-    """Return YAML in block style."""
-    text: str = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+    """Return YAML in block style, without aliases."""
+    once = json.loads(json.dumps(content))
+    text: str = yaml.safe_dump(once, sort_keys=False, allow_unicode=True)
     return text
 
 

@@ -85,7 +85,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         self.messages[topic.name] = 0
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Write a record of names and texts: parameters, seeds, versions, losses."""
+        """Write a record of names and texts: parameters, seeds, versions."""
         if not self.problem:
             self._guarded(lambda: self._writer.add_metadata(name, dict(values)))
 

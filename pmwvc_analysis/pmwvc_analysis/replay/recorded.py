@@ -89,7 +89,7 @@ def prescription(
         hands[name] = hand or _usual_hand(user, trace)
         if hands[name] == "force":
             made[name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
-        elif user.operator.from_outside and not traces.simulated:
+        elif user.operator.is_remote and not traces.simulated:
             made[name] = remote_hand(user, traces, ran, tick_s=tick_s, dof=recorded.dof)
     conditions = Conditions(
         schedule=schedule, first=first, ran_ns=ran_ns, steps=steps, links=networks, hands=made

@@ -15,8 +15,7 @@ from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_analysis.replay.times import own_sender, tick_numbers
 from pmwvc_analysis.traces import sums
-from pmwvc_analysis.traces.holes import SERVER, holes, of_user
-from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.holes import SERVER, holes, of_user, starts
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array
@@ -158,7 +157,7 @@ def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) 
         if traces.live and not user.device.is_simulated:
             why = "the device was a real one; here its model moves"
             found.append(Inexact(0.0, f"{user.name}: {why}"))
-        led = user.operator.from_outside and user.name in traces.targets
+        led = user.operator.is_remote and user.name in traces.targets
         if led and hands[user.name] == "operator":  # the recorder may get a target later
             why = "the tick at which a target reached the hand was not recorded"
             found.append(Inexact(0.0, f"{user.name}: {why}"))
@@ -202,8 +201,9 @@ def _restarts(traces: SessionTraces) -> Iterator[Inexact]:
     for user in traces.users:
         for row in np.flatnonzero(user.epoch[1:] != user.epoch[:-1]).tolist():
             yield Inexact(float(user.block_time_s[row]), f"{user.name}: the master {why}")
-    for start in starts(traces.server) if traces.server is not None else ():
-        yield Inexact(start.begins_s, f"the server {why}")
+    if (server := traces.server) is not None:
+        for row in starts(server):
+            yield Inexact(float(server.time_s[row]), f"the server {why}")
 
 
 def _unnamed_changes(traces: SessionTraces) -> Iterator[Inexact]:

@@ -13,7 +13,6 @@ from typing import Any
 
 from pmwvc_analysis.arrays import write_table
 from pmwvc_analysis.charts.chart import Chart
-from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import COLUMNS, MEASURES, Compared
 from pmwvc_analysis.compare.settings import parameters_of
 from pmwvc_analysis.figures.comparison_charts import draw_all
@@ -31,7 +30,6 @@ def write(
     ``comparison.json``, of which ``about`` are further keys: ``kind``; ``notes``, a list of
     sentences for the report. RecordingError where the folder cannot be written into.
     """
-    about = {**about, "conclusion": conclusion(entries) if about["kind"] == "comparison" else []}
     result = {"title": title, **about, "sessions": [row(entry) for entry in entries]}
     with file_errors(f"write into {folder}"):
         text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)

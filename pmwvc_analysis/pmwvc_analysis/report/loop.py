@@ -8,16 +8,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.compare.probes import measured_words
-from pmwvc_analysis.prediction.lag import lag_decides, lag_is_known
-from pmwvc_analysis.prediction.rendering import link_words, round_trip_words
 from pmwvc_analysis.report.page import filled
 from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.filter_design import pole_of
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+from pmwvc_core.wave.impedance import Impedance
 from pmwvc_core.words import quantity
 
 PARTS: Mapping[str, tuple[str, ...]] = {
@@ -98,20 +95,6 @@ def _link(link: LinkParams) -> list[str]:
     labels = [(effect, effect.label(link)) for effect in active(link)]
     times = [text for effect, text in labels if text and (effect is DELAY or effect.spreads)]
     return [", ".join(times), *(text for _, text in labels if text and text not in times)]
-
-
-def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
-    """Return round trip and what is rendered in a sentence, of the first user measured where the
-    lag alone does not decide it.
-    """
-    text, along = "", "along axis 1 " if isinstance(user.impedance, MatrixImpedance) else ""
-    if proofs_hold(scenario.controller) and lag_is_known(scenario):
-        trip = round_trip_words(user, scenario, live=live)
-        text = f"{trip[0].upper()}{trip[1:]}"
-        if lag_decides(user, scenario):
-            return f"{text}; {along}{link_words(user, scenario, live=live)}."
-        text += ". "
-    return text + (measured_words(scenario) if user.name == scenario.users[0].name else "")
 
 
 def _energies(name: str, energies: Budget | None) -> dict[str, float]:

@@ -15,14 +15,14 @@ from typing import Any
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.charts.chart_files import payload
+from pmwvc_analysis.compare.probes import measured_words
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.prediction import text as prediction_text
-from pmwvc_analysis.report.loop import blocks, drawing, rendered
+from pmwvc_analysis.report.loop import blocks, drawing
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_analysis.report.story import story
-from pmwvc_analysis.traces.stages import until
-from pmwvc_analysis.verdicts.passivity import budget_lines, passivity
+from pmwvc_analysis.verdicts.passivity import budget_lines
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -41,15 +41,17 @@ def render(
     ``pictures`` are the figures' PNG files by name, ``folder`` is the session's, for the command
     that plays it on the page, ``replay`` the page's file beside the report.
     """
-    found = passivity(until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
     events = numbered(traces)
-    loops = []
+    loops, predicted = [], []
     if scenario is not None:
-        waves = has_waves(scenario.controller)
+        waves, model = has_waves(scenario.controller), summary["prediction"]
         for user in scenario.users:
             drawn = drawing(blocks(scenario, user, energies), name=user.name, waves=waves)
-            loops.append((user.name, drawn, rendered(scenario, user, live=traces.live)))
+            loops.append((user.name, drawn))
+        predicted = prediction_text.lines(scenario, live=traces.live)
+        if model["mass_felt"] is None and model["stable"] is not False:
+            predicted.append(measured_words(scenario))
     chart_data, complete = figure_data(charts, traces, events)
     return filled(
         TEMPLATE,
@@ -57,9 +59,9 @@ def render(
         description=scenario.description if scenario else "",
         folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
         story=story(traces, scenario, summary),
-        budget_lines=budget_lines(energies, found) if energies else [],
+        budget_lines=budget_lines(energies, summary) if energies else [],
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
-        predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],
+        predicted=predicted,
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],
         chart_data=chart_data, complete=complete,
         parameters=scenario.flat() if scenario else {},

@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.holes import first_packets
-from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.holes import starts
 from pmwvc_analysis.traces.sums import begins
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import kept_words, why_kept
@@ -46,10 +45,11 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
     index = server.users.index(user.name)
     times, state = server.time_s, server.state[index]
     there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
-    joins_s = np.asarray(first_packets(traces, user.name))
-    joins = np.searchsorted(times, joins_s - 0.5 * user.tick_s).tolist()
-    again = [start.row for start in starts(server)]
-    first_rows = sorted({*np.flatnonzero(begins(there)).tolist(), *joins, *again})
+    joins = []
+    if (came := traces.packets.get(f"/server/{user.name}/wave_up")) is not None:
+        _, at = np.unique(came.epoch, return_index=True)  # of each start of its master
+        joins = np.searchsorted(times, came.time_s[at] - 0.5 * user.tick_s).tolist()
+    first_rows = sorted({*np.flatnonzero(begins(there)).tolist(), *joins, *starts(server)})
     packets = traces.packets.get(f"/server/{user.name}/wave_down")
     distance = user.x_m[user.rows_at(times)] - server.x_s[index]
     kept = np.zeros_like(distance)

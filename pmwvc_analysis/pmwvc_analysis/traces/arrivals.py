@@ -12,12 +12,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.traces.thresholds import FINAL_S, GONE_S, LATE
-from pmwvc_core.law.channel.pace import FOLLOW_S, LONGEST_S
+from pmwvc_analysis.traces.thresholds import GONE_S, LATE
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import PacketTraces, SessionTraces
 
 
 def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float:
@@ -48,48 +46,19 @@ def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
     return np.stack([begun_s[late], times_s[1:][late]], axis=1)
 
 
-def late_s(traces: SessionTraces, user: UserTraces) -> float | None:
-    """Return by how much late packets made a user's lag longer at the end at most, both ways
-    together [s]: what a receiver waited beyond its usual time, which a playout forgets with the
-    time constant ``FOLLOW_S``; None where that was not recorded.
-    """
-    total_s = 0.0
-    for way, loop in (("up", traces.server), ("down", user)):
-        taken = traces.taken.get(f"{user.name}/{way}")
-        if taken is None or loop is None or len(taken.row) < 2:
-            return None
-        times_s = loop.time_s[np.unique(taken.row)]
-        late_s = np.minimum(np.diff(times_s) - np.median(np.diff(times_s)), LONGEST_S)
-        ago_s = np.maximum(times_s[-1] - FINAL_S - times_s[1:], 0.0)
-        total_s += float((late_s * np.exp(-ago_s / FOLLOW_S)).max())
-    return total_s
-
-
 def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, float]:
     """Return the ratio of packets that a deadband left out, by link (user1/up) with one. A master
     has one for every frame, a block of its trace; the server for every step with the user there.
     """
-    due = {f"{user.name}/up": len(user.block_time_s) for user in traces.users}
+    due = {f"/{user.name}/wave_up": len(user.block_time_s) for user in traces.users}
     if (server := traces.server) is not None:
         for name, state in zip(server.users, server.state, strict=True):
-            due[f"{name}/down"] = int(np.count_nonzero(state))
+            due[f"/server/{name}/wave_down"] = int(np.count_nonzero(state))
     found: dict[str, float] = {}
-    for link in with_deadband(traces, scenario):
-        name, _, way = link.rpartition("/")
-        sender = f"/{name}/wave_up" if way == "up" else f"/server/{name}/wave_down"
-        packets = traces.packets.get(sender)
-        if packets is not None and due.get(link):
-            found[link] = max(1.0 - len(packets.seq) / due[link], 0.0)
+    for user in scenario.users if scenario else ():
+        up, down = f"/{user.name}/wave_up", f"/server/{user.name}/wave_down"
+        for way, end, topic in (("up", user.master, up), ("down", user.contact, down)):
+            packets = traces.packets.get(topic)
+            if end.deadband.is_on and packets is not None and due.get(topic):
+                found[f"{user.name}/{way}"] = max(1.0 - len(packets.seq) / due[topic], 0.0)
     return found
-
-
-def with_deadband(traces: SessionTraces, scenario: Scenario | None) -> list[str]:
-    """Return the links whose sender had a deadband at some time, by name."""
-    links = (
-        f"{user.name}/{way}"
-        for stage in (stages(traces, scenario) if scenario else [])
-        for user in stage.scenario.users
-        for way, end in (("up", user.master), ("down", user.contact))
-        if end.deadband.is_on
-    )
-    return list(dict.fromkeys(links))

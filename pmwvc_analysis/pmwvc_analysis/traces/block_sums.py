@@ -6,10 +6,15 @@ A master publishes its running sums once per block of M ticks, so blocks are the
 energy balance. At an instant a user's energies are those of the blocks that had ended by then. A
 packet leaves the master as a block begins: its energy counts from there on. A live master adds it
 to the sums of the block before, a simulated one to those of the block that begins.
+
+F_k is held while the device goes from x_k to x_{k+1}, so the hand gives the sum of
+F_k . (x_{k+1} - x_k). A simulated device's is that of its true motion; a real one's, with the step
+q of its encoder, may be off by up to q/2 [|F_n| + sum |F_k - F_{k-1}|] (theory.md 13.7).
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +22,7 @@ from numpy.typing import NDArray
 from pmwvc_core.account import wave_energy
 from pmwvc_core.controllers.accounts import RELEASED
 from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import DeviceParams
 from pmwvc_core.traces import UserTraces
 
 
@@ -79,3 +85,36 @@ def ticks_ran_s(user: UserTraces) -> Array:
 def up_to(sums: Array, count: NDArray[np.intp]) -> Array:
     """Return a running sum after so many rows; zero before the first."""
     return np.concatenate([[0.0], sums])[count]
+
+
+class HandWork(NamedTuple):
+    """The work of the hand [J] at the ends of blocks, and how far it may be off."""
+
+    sums: Array
+    resolution: Array
+
+
+def hand_work(user: UserTraces, device: DeviceParams | None) -> HandWork:
+    """Return the work of one user's hand. The encoder of a real one leaves it open. Without a
+    ``device`` positions are exact.
+    """
+    blocks, force = BlockSums(user), user.f_applied
+    moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
+    counted = blocks.of_ticks(np.sum(force * moved, axis=-1))
+    sums = user.energy.get("device", counted)
+    true = device is None or (device.is_simulated and "device" in user.energy)
+    if device is None or true or device.encoder_step_m <= 0.0:
+        return HandWork(sums, np.zeros(len(sums)))
+    change = np.cumsum(np.sum(np.abs(np.diff(force, axis=0, prepend=0.0)), axis=-1))
+    open_n = np.sum(np.abs(force), axis=-1) + change
+    return HandWork(sums, 0.5 * float(device.encoder_step_m) * open_n[user.block_ends - 1])
+
+
+def measured(params: DeviceParams) -> bool:
+    """Tell whether the sensors show something else than the device does."""
+    return bool(params.encoder_step_m > 0.0) or params.velocity != "exact"
+
+
+def complete(user: UserTraces) -> bool:
+    """Tell whether the record holds every tick of the master from its first on."""
+    return bool(user.tick[0] == 0 and (np.diff(user.tick) == 1).all())

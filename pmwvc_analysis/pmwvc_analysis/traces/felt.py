@@ -20,7 +20,7 @@ environment is not known: its motion counts as the loop's.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +34,6 @@ from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import count
@@ -85,7 +84,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     )  # fmt: skip
     if scenario is None or known is None:
         return found
-    away = _taken_away(traces, user, scenario, known)
+    away = _taken_away(traces, user, known)
     found = found._replace(disturbed_s=float(lasted_s[~together & ~away].sum()))
     holds = known.device.is_simulated and known.operator.kind in ("hand", "constant")
     if server is None or not holds:
@@ -127,7 +126,7 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
     return float(coupled[0]) + scenario.task.grip_s + scenario.task.grip_rise_s
 
 
-def _taken_away(traces: SessionTraces, user: UserTraces, scenario: Scenario, known: User) -> Flags:
+def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
     """Tell at which ticks the scenario takes the coupling of a user away."""
     back_s = (
         th.BACK_S + known.safety.soft_start_s + mean_s(known.link_up) + mean_s(known.link_down)
@@ -138,33 +137,33 @@ def _taken_away(traces: SessionTraces, user: UserTraces, scenario: Scenario, kno
     for name, fates in traces.fates.items():
         lost_ns = fates.time_in_ns[fates.cause == Cause.OUTAGE] - zeros.get(name, 0)
         found += [(time_s, time_s) for time_s in (lost_ns * 1e-9).tolist()]
-    found += _stood_still(traces, scenario)
+    found += _stood_still(traces)
     away = np.zeros(len(user.time_s), dtype=bool)
     for start_s, end_s in found:
         away[slice(*np.searchsorted(user.time_s, (start_s, end_s + back_s)))] = True
     return away
 
 
-def _stood_still(traces: SessionTraces, scenario: Scenario) -> list[tuple[float, float]]:
-    """Return from when to when nodes did not run because the scenario asked for it [s]."""
-    times_s = [each["time_s"] for each in traces.events if each.get("kind") == "disturbance"]
-    end_s = traces.duration_s
-    runs_s = {user.name: [user.time_s] for user in traces.users}
-    runs_s["server"] = [traces.server.time_s] if traces.server is not None else []
+def disturbances(traces: SessionTraces) -> list[tuple[str, str, float]]:
+    """Return to which nodes a scenario asked something to be done, what, and when it was [s]."""
+    asked = [each for each in traces.events if each.get("kind") == "disturbance"]
+    return [(e["who"], e["what"].rpartition(": ")[2], float(e["time_s"])) for e in asked]
+
+
+def _stood_still(traces: SessionTraces) -> Iterator[tuple[float, float]]:
+    """Yield from when to when nodes did not run because the scenario asked for it [s]."""
+    ran_s = {f"{user.name} master": user.time_s for user in traces.users}
     up = (traces.packets.get(f"/server/{user.name}/wave_up") for user in traces.users)
-    runs_s["netem"] = [packets.time_s for packets in up if packets is not None]
-    found, since_s = [], dict[str, float]()
-    for wanted, time_s in zip(disturbances_of(scenario.disturbances), times_s, strict=False):
-        if wanted.node == "recorder":
-            continue
-        if wanted.action in ("kill", "stop"):
-            since_s.setdefault(wanted.node, time_s)
-        elif wanted.node in since_s:
-            again_s = (
-                each[each >= time_s].min(initial=end_s) for each in runs_s.get(wanted.node, ())
-            )
-            found.append((since_s.pop(wanted.node), float(min(again_s, default=end_s))))
-    return found + [(time_s, end_s) for time_s in since_s.values()]
+    ran_s["netem"] = np.sort(np.concatenate([[], *(each.time_s for each in up if each)]))
+    ran_s["server"] = traces.server.time_s if traces.server is not None else np.zeros(0)
+    since_s: dict[str, float] = {}
+    for who, action, time_s in disturbances(traces):
+        if action in ("kill", "stop"):
+            since_s.setdefault(who, time_s)
+        elif who in since_s and who in ran_s:
+            later = ran_s[who][ran_s[who] >= time_s]
+            yield since_s.pop(who), float(later.min(initial=traces.duration_s))
+    yield from ((since_s[who], traces.duration_s) for who in since_s.keys() & ran_s.keys())
 
 
 def _steps(user: UserTraces, broken: Flags) -> Array:

@@ -7,14 +7,13 @@ missing, the recording has a hole, and nothing is judged there. Where the number
 time has passed, the loop did not run (:mod:`.events` calls that a stall).
 
 A hole in the record of running sums hides only what happened inside it: a user is judged again
-from the end of its first block after it. With a master that was started again the balance begins
-anew. A server that was started again interrupts no balance (:mod:`.server_starts`), nor does a
-loop that stands still: its last force stays on, and gives out - F (x_after - x_before).
+from the end of its first block after it. Where a master or the server is started again its
+balances end: what was under way then is not known. A loop that stands still interrupts none: its
+last force stays on, and gives out - F (x_after - x_before).
 
 Equations: docs/theory.md 13, Gaps.
 """
 
-import itertools
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -22,12 +21,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
 from pmwvc_analysis.traces.thresholds import STALL_PERIODS, STALL_S
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-GAP, AGAIN = "not recorded", "started again"
+GAP, AGAIN = "not recorded", "was started again"
 SERVER = "server"
 
 
@@ -53,50 +51,53 @@ class Hole(NamedTuple):
         return Unjudged(self.start_s, self.end_s, f"{GAP} ({self.owner})")
 
 
+def starts(server: ServerTraces) -> list[int]:
+    """Return the first row of every start of the server after its first one."""
+    return (np.flatnonzero(np.diff(server.step) < 0) + 1).tolist()
+
+
+def ran_s(server: ServerTraces, traces: SessionTraces) -> Array:
+    """Return when each step ran [s]: its deadline, and its lateness where that is known."""
+    late_s = traces.metadata.get("server_lateness_s")
+    if late_s is None or len(late_s) != len(server.time_s):
+        return server.time_s
+    return np.asarray(server.time_s + late_s)
+
+
 def holes(traces: SessionTraces) -> list[Hole]:
     """Return every hole of a recording, in the order of time."""
     found = [hole for user in traces.users for hole in of_user(user)]
     if (server := traces.server) is not None:
         found += of_server(server)
-        # at the ends of servers that were killed: steps that their packets show
-        for start, end in zip(starts(server), ends(server, traces), strict=True):
-            period_s = float(server.periods_s[start.last])
-            ran = float(ran_s(server, traces)[start.last])
-            longer_s = end.died_s - ran
-            if longer_s > 0.5 * period_s:
-                missing = max(round(longer_s / period_s), 1)
-                found.append(Hole(SERVER, ran + 0.5 * period_s, ran + longer_s, missing))
     return sorted(found, key=lambda hole: (hole.start_s, hole.owner))
 
 
 def of_user(user: UserTraces) -> list[Hole]:
     """Return the holes in the trace of one master; simulated blocks have no numbers and none."""
-    if not len(user.time_s):
-        return []
-    found = []
-    first_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
-    for row, number in enumerate(user.block_number.tolist()):
-        follows = row > 0 and (not len(user.epoch) or user.epoch[row] == user.epoch[row - 1])
-        missing = number - (int(user.block_number[row - 1]) if follows else 0) - 1
-        if missing > 0:
-            start_s = float(user.block_time_s[row - 1]) if row else 0.0
-            found.append(Hole(user.name, start_s, float(first_s[row]), missing))
-    return found
+    begins_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
+    again = (np.flatnonzero(np.diff(user.epoch)) + 1).tolist()
+    return _missing(user.name, user.block_number, begins_s, user.block_time_s, again)
 
 
 def of_server(server: ServerTraces) -> list[Hole]:
     """Return the holes in the trace of the server."""
-    found = []
-    if len(server.step) and server.step[0] > 1:
-        found.append(Hole(SERVER, 0.0, float(server.time_s[0]), int(server.step[0]) - 1))
-    for start in starts(server):
-        if (missing := int(server.step[start.row]) - 1) > 0:
-            at_s = float(server.time_s[start.row])
-            found.append(Hole(SERVER, start.begins_s, at_s, missing))
-    jumps = np.diff(server.step)
-    for row in np.flatnonzero(jumps > 1).tolist():
-        start_s = float(server.time_s[row] + server.periods_s[row])
-        found.append(Hole(SERVER, start_s, float(server.time_s[row + 1]), int(jumps[row]) - 1))
+    ends_s = server.time_s + server.periods_s
+    return _missing(SERVER, server.step, server.time_s, ends_s, starts(server))
+
+
+def _missing(
+    owner: str, numbers: NDArray[np.int64], begins_s: Array, ends_s: Array, again: list[int]
+) -> list[Hole]:
+    """Return where numbers are missing: they count from one, once more in the rows ``again``."""
+    before, found = np.append(0, numbers[:-1]), []
+    before[again] = 0
+    lacking = numbers - before[: len(numbers)] - 1
+    for row in np.flatnonzero(lacking > 0).tolist():
+        start_s, end_s = float(ends_s[row - 1]) if row else 0.0, float(begins_s[row])
+        if row in again:  # it ran from then on at the earliest
+            lasted_s = float(lacking[row] * (ends_s[row] - begins_s[row]))
+            start_s = max(start_s, end_s - lasted_s)
+        found.append(Hole(owner, start_s, end_s, int(lacking[row])))
     return found
 
 
@@ -110,75 +111,43 @@ def pauses(
     return [(float(time_s[row]), float(time_s[row + 1])) for row in np.flatnonzero(paused)]
 
 
-class Interval(NamedTuple):
-    """A life of a master [s]: judged from ``start_s`` to ``end_s``.
-
-    Its own sums begin after ``begun_s``, as does what it may get of the server's waves; what the
-    server took of its waves counts from ``joined_s`` on, when its first packet came there.
-    """
+class Stretch(NamedTuple):
+    """The time in which a user's energies are known [s], but for what is ``unjudged``."""
 
     start_s: float
     end_s: float
-    begun_s: float
-    joined_s: float
-
-
-class Stretches(NamedTuple):
-    """The judged intervals of a user's session; each of ``lives`` has its own balance, ``first_s``
-    is the time up to which neither master nor server was started again.
-    """
-
-    lives: list[Interval]
     unjudged: list[Unjudged]
-    first_s: float = math.inf
 
     def known(self, times: Array) -> Flags:
         """Tell which instants are judged."""
-        inside = np.zeros(len(times), dtype=bool)
-        for life in self.lives:
-            inside |= (times >= life.start_s) & (times <= life.end_s)
+        inside = np.asarray((times >= self.start_s) & (times < self.end_s))
         for hole in self.unjudged:
             inside &= (times <= hole.start_s) | (times >= hole.end_s)
         return inside
 
 
-def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> Stretches:
-    """Return what of a session is judged for one user."""
+def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
+    """Return what of a session is judged for one user: up to where its master or the server was
+    started again.
+    """
     ran = user.time_s + user.lateness_s
-    steps = np.diff(user.tick)
-    begins = [0, *(np.flatnonzero(steps < 0) + 1).tolist()]
-    ends = [*(row - 1 for row in begins[1:]), len(user.tick) - 1]
-    lives: list[Interval] = []
+    # where the recorder found it only when it was running
+    start_s = _block_end_s(user, float(user.time_s[0])) if user.tick[0] > 0 else -math.inf
+    end_s, last_s = float(ran[-1] + 1.5 * user.tick_s), float(max(ran[-1], server.time_s[-1]))
     unjudged = []
-    packets_s = first_packets(traces, user.name)
-    for first, last in zip(begins, ends, strict=True):
-        end_s = float(ran[last] + 1.5 * user.tick_s)
-        if last + 1 < len(user.tick):
-            end_s = min(end_s, float(user.time_s[last + 1] - 0.5 * user.tick_s))
-        late = user.tick[first] > 0  # the recorder found it only when it was running
-        begun_s = float(user.time_s[first])
-        start_s = _block_end_s(user, begun_s)
-        if not lives:
-            start_s = start_s if late else -math.inf
-            lives.append(Interval(start_s, end_s, -math.inf, -math.inf))
-            continue
-        before_s = lives[-1].end_s
-        received = [time_s for time_s in packets_s if time_s > before_s]
-        if late and not received:
-            lives.append(Interval(start_s, end_s, start_s, start_s))
-            continue
-        joined_s = min(received, default=begun_s)
-        lives.append(Interval(max(start_s, joined_s), end_s, before_s, joined_s))
-    for before, after in itertools.pairwise(lives):
-        unjudged.append(Unjudged(before.end_s, after.start_s, AGAIN))
     for row in gaps(user):
         back_s = _block_end_s(user, float(user.time_s[row + 1]))
         unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
-    again_s = [float(server.time_s[start.row]) for start in starts(server)]
-    if len(lives) > 1:  # where its last tick led to is not known: up to the block before
-        blocks_s = user.block_time_s[user.block_time_s < user.time_s[ends[0]] + 0.5 * user.tick_s]
-        again_s.append(float(blocks_s.max(initial=-math.inf)))
-    return Stretches(lives, unjudged, min(again_s, default=math.inf))
+    again = [(float(server.time_s[row]), SERVER) for row in starts(server)[:1]]
+    for row in np.flatnonzero(np.diff(user.tick) < 0)[:1]:
+        # where its last tick led to is not known: up to the block before
+        blocks_s = user.block_time_s[user.block_time_s < user.time_s[row] + 0.5 * user.tick_s]
+        again.append((float(blocks_s.max(initial=start_s)), user.name))
+    if again:
+        end_s, who = min(again)
+        unjudged = [each for each in unjudged if each.end_s < end_s]
+        unjudged.append(Unjudged(end_s, last_s, f"{who} {AGAIN}"))
+    return Stretch(start_s, end_s, unjudged)
 
 
 def gaps(user: UserTraces) -> NDArray[np.intp]:
@@ -203,34 +172,7 @@ def block_of_ticks(user: UserTraces) -> NDArray[np.intp]:
     return np.minimum(block, len(user.block_time_s) - 1)
 
 
-class StoodStill(NamedTuple):
-    """A time in which a loop skipped ticks [s], and the energy that the force held gave [J]."""
-
-    start_s: float
-    lasted_s: float
-    given_j: float
-
-
-def stood_still(user: UserTraces) -> list[StoodStill]:
-    """Return when a user's loop skipped ticks, and what its device gave out in the meantime."""
-    rows = skips(user)
-    moved = user.x_m[rows + 1] - user.x_m[rows]
-    given = -np.sum(user.f_applied[rows] * moved, axis=-1)
-    lasted = (np.diff(user.tick)[rows] - 1) * user.tick_s
-    found = np.stack([user.time_s[rows], lasted, given], axis=-1)
-    return [StoodStill(*row) for row in found.tolist()]
-
-
 def _block_end_s(user: UserTraces, time_s: float) -> float:
     """Return the end of the block with the tick at a time [s]."""
     later = user.block_time_s[user.block_time_s > time_s + 0.5 * user.tick_s]
     return float(later.min(initial=time_s if not len(later) else np.inf))
-
-
-def first_packets(traces: SessionTraces, name: str) -> list[float]:
-    """Return when the first packet of each start of a master came to the server [s]."""
-    packets = traces.packets.get(f"/server/{name}/wave_up")
-    if packets is None:
-        return []
-    _, first = np.unique(packets.epoch, return_index=True)
-    return [float(time_s) for time_s in packets.time_s[first]]

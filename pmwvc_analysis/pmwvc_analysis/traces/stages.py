@@ -15,7 +15,6 @@ import numpy as np
 
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Flags
-from pmwvc_core.params import DeadbandParams
 from pmwvc_core.scenario.names import Change, changed, read_changes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
@@ -61,27 +60,6 @@ def rows_of(found: Sequence[Stage], time_s: Iterable[float]) -> list[Flags]:
     starts = [stage.start_s - 1e-9 for stage in found]
     index = np.searchsorted(starts, np.asarray(time_s), side="right") - 1
     return [index == number for number in range(len(found))]
-
-
-def text_of(found: Sequence[Stage]) -> str:
-    """Return what changed and when, in words; empty where nothing did."""
-    changes = [stage.change for stage in found if stage.change is not None]
-    shown = [f"{change.words()} at {change.time_s:.2f} s" for change in changes[:2]]
-    more = f" and {len(changes) - 2} more changes" if len(changes) > 2 else ""
-    return ", ".join(shown) + more
-
-
-def same_lag(steady: Sequence[Stage]) -> bool:
-    """Tell whether impedances, links and coupling are those of the start in all stages."""
-
-    def decides(scenario: Scenario) -> list[Any]:
-        found: list[Any] = [scenario.server.coupling, scenario.server.integrator]
-        for user in scenario.users:
-            master = replace(user.master, rate_drop=1, deadband=DeadbandParams())
-            found += [id(user.link_up), id(user.link_down), master, user.server_impedance]
-        return found
-
-    return all(decides(each.scenario) == decides(steady[0].scenario) for each in steady[1:])
 
 
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:

@@ -37,18 +37,13 @@ def number(value: Any) -> float | None:
 def final(
     values: Array, time_s: Array, end_s: float, reduced: Any = np.mean
 ) -> float | list[float | None] | None:
-    """Return the mean over the 0.5 s before ``end_s``: a number for one axis, a list for several;
-    None when there is nothing.
+    """Return the mean, or what else an axis is ``reduced`` to, of the 0.5 s before ``end_s``: a
+    number for one axis, a list for several; None when there is nothing.
     """
     rows = values[(time_s >= end_s - FINAL_S - 1e-9) & (time_s <= end_s + 1e-9)]
     rows = rows if len(rows) else np.full((1, values.shape[-1]), np.nan)
     numbers = [number(value) for value in np.atleast_1d(reduced(rows, axis=0))]
     return numbers[0] if len(numbers) == 1 else numbers
-
-
-def swing(values: Array, time_s: Array, end_s: float) -> float | list[float | None] | None:
-    """Return largest less smallest value of the 0.5 s before ``end_s``, per axis."""
-    return final(values, time_s, end_s, np.ptp)
 
 
 def rms(values: Array) -> float | None:
@@ -83,17 +78,6 @@ def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
     rows = np.flatnonzero(flags)
     breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s) + 1
     return [(int(each[0]), int(each[-1])) for each in np.split(rows, breaks) if len(each)]
-
-
-def merged(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return intervals in the order of time, overlapping ones as one."""
-    found: list[tuple[float, float]] = []
-    for start_s, end_s in sorted(intervals):
-        if found and start_s <= found[-1][1]:
-            found[-1] = (found[-1][0], max(found[-1][1], end_s))
-        else:
-            found.append((start_s, end_s))
-    return found
 
 
 def beyond(values: Array, period_s: float, band_hz: float) -> Array:

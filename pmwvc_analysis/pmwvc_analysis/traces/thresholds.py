@@ -48,7 +48,6 @@ LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling
 # Limits that took over.
 LIMITED_N, LIMITED_RATIO = 1e-3, 0.01  # by which a force differs that was limited
 OFTEN, OFTEN_RATIO = 3, 0.05  # times, and of the second half: limits that act again and again
-NEARLY = 0.9  # of a speed limit, which is judged between two rows as well
 LARGEST = 0.99  # of the largest force: as large as the limits allow
 WITHHELD_J = 1e-9  # less of a returning wave was not shortened
 LASTING_S = 1.0  # of a displacement by which an environment is lost
@@ -57,11 +56,9 @@ LOST_SHARE = 0.5  # of a device's way: more of it is not the environment's
 # Nodes.
 EARLY_S = 0.5  # before the end of the session: a node that ended then ended early
 STALL_S, STALL_PERIODS = 0.02, 2.5  # a pause of a loop: an event, and no filter goes across it
-SILENT_S, SILENT_INTERVALS = 0.1, 5.0  # and usual intervals: a link that is silent
 JOIN_S = 0.25  # between two limits of a force that are one event
 DEBOUNCE_S = 0.05  # contact that is lost for less was not lost
 APART_M = 2e-3  # a device moves on by less while its first packet is under way
-CAUSE_S = 0.3  # how long before a release its cause is looked for
 FINAL_S = 0.5  # of a session: over which values at its end are means
 END_S = 0.1  # before the end, when everybody leaves
 # Predictions.

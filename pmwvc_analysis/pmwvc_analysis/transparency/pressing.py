@@ -77,10 +77,4 @@ def press_notes(scenario: Scenario, user: int, forces: Array, *, balanced: bool)
             f"The ends have different impedance: the device moves {scale:.3g} times as far as its "
             f"avatar, with 1/{scale:.3g} of its force; the ideal coupling does not."
         )
-    turned = [_at_object(own, force) for force in np.eye(axes)] if axes > 1 else []
-    if turned and not np.allclose(turned, np.eye(axes)):
-        found.append(
-            "The ends have different impedance matrices: they scale and turn motion and force; "
-            "the ideal coupling does not."
-        )
     return found

@@ -101,7 +101,10 @@ def transparency(
     balanced = link.admittance_dc is not None
     notes = notes_of(scenario) + press_notes(scenario, user, forces, balanced=balanced)
     if balanced and model.dof > 1:
-        notes.append(_across(model, user, axis, forces, link.first_peak_hz))
+        notes.append(
+            f"Along axis {axis + 1} of {model.dof}, the other axes free: the impedance matrix "
+            "couples them."
+        )
     direct = ideal_of(scenario)
     ideal, ideal_admittance = Rendering(), np.full(len(frequency_hz), np.nan + 0j)
     if stable(float(stability.radii(direct)[0])):
@@ -138,20 +141,6 @@ def untouched(scenario: Scenario) -> Scenario:
     for name in ("contact_stiffness", "contact_damping"):
         scenario = varied(scenario, f"server.{name}", 0.0)
     return scenario
-
-
-def _across(model: LinearLoop, user: int, axis: int, forces: Array, peak_hz: float | None) -> str:
-    """Return a note on the motion at rest across the axis, where the axes are coupled."""
-    dof, low, moved = model.dof, low_hz(peak_hz), []
-    name = model.scenario.users[user].name
-    for other in range(dof):
-        if other != axis:
-            x = response(model, low, user=user, forces=forces, axis=other).real
-            moved.append(f"{1e3 * limit_at_rest(x):.3g} (axis {other + 1})")
-    return (
-        f"Along axis {axis + 1} of {dof}, the other axes free. The impedance matrix couples "
-        f"them: at rest 1 N moves the device of {name} across by {', '.join(moved)} mm."
-    )
 
 
 def _rendered(model: LinearLoop, user: int, axis: int, forces: Array) -> Rendering:

@@ -29,9 +29,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.linear import axes_of, outside, relative
 from pmwvc_analysis.models.linearize import stable
-from pmwvc_analysis.models.variation import with_impedances
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import Rendering, transparency, untouched
 from pmwvc_analysis.verdicts import passivity
@@ -43,15 +43,15 @@ from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one difference
-# What a choice changes, by name.
-STRICT = ("master.impedance_matrix", "master.contact_impedance", "server.impedance")
+# What a choice changes, by the beginnings of names, and what is said even where nothing changes.
+IMPEDANCES = ("master.impedance", "master.contact_impedance", "server.impedance")
 SAMPLED = ("master.filter", "master.hold")
-ALWAYS = ("master.filter.kind", "master.hold")  # said even where nothing changes
+ALWAYS = ("master.impedance", "master.filter.kind", "master.hold")
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
 ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
 STABLE, NOT_JUDGED = "stable", "stability not judged"
 LEAST_S, LONGEST_S = 4.0, 12.0  # of a session that is simulated
-USER_TICKS = 48_000  # that may be simulated: some 1 s
+USER_TICKS = 48_000  # that are simulated, if the session is not too short then: some 1 s
 COUPLED = 8  # of them for a tick with axes that are coupled
 
 
@@ -76,30 +76,29 @@ class Choice:
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
         """Return what gives a scenario this choice, by name; no impedance that is no number."""
-        found: dict[str, float | str] = {}
         ends = {b for user in scenario.users for b in (user.impedance, user.server_impedance)}
-        names: tuple[str, ...] = STRICT if scenario.strict else (*STRICT, *SAMPLED)
-        if self.as_given and (len(ends) > 1 or isinstance(ends.pop(), MatrixImpedance)):
-            names = names[len(STRICT) :]
-        else:
-            found["master.impedance"] = round(self.impedance, 2)
+        given = self.as_given and (len(ends) > 1 or isinstance(ends.pop(), MatrixImpedance))
+        names = (IMPEDANCES if not given else ()) + (SAMPLED if not scenario.strict else ())
         chosen, default, *before = (
             flattened("master", user.master) | flattened("server", user.contact)
             for user in (self._for(scenario.users[0]), User(""), *scenario.users)
         )
-        for name in sorted(name for name in chosen if name.startswith(names)):
-            value = chosen[name]
-            others = {default[name], *(each[name] for each in before)}
-            if name in ALWAYS or others != {value}:
-                found[name] = "null" if value is None else value
-        return found
+        return {
+            name: "null" if value is None else value
+            for name, value in chosen.items()
+            if name.startswith(names)
+            and (name in ALWAYS or {default[name], *(each[name] for each in before)} != {value})
+        }
 
     def _for(self, user: User) -> User:
-        user = with_impedances(user, self.impedance, None)
-        same: dict[str, Any] = {"filter": self.filter, "hold": self.hold}
-        touching = self.contact and round(self.contact, 2)
-        master = dataclasses.replace(user.master, contact_impedance=touching, **same)
-        return dataclasses.replace(user, master=master)
+        """Return a user with this choice, impedances to 0.01 N s/m."""
+        master = dataclasses.replace(
+            user.master, impedance=round(self.impedance, 2), impedance_matrix="",
+            contact_impedance=self.contact and round(self.contact, 2), filter=self.filter,
+            hold=self.hold,
+        )  # fmt: skip
+        contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
+        return dataclasses.replace(user, master=master, contact=contact)
 
     def applied(self, scenario: Scenario) -> Scenario:
         """Return the scenario with this choice for every user, the same at both ends."""
@@ -145,7 +144,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         k_ideal, mass_ideal = found.ideal.k_felt, found.ideal.mass_felt
         k_ideal = k_ideal if k_ideal is not None else float(user.contact.contact_stiffness) or None
         mass_ideal = mass_ideal if mass_ideal is not None else float(user.device.mass) or None
-    noise, cost = noise_n(scenario, choice.impedance), None
+    noise, cost, proof = noise_n(scenario, choice.impedance), None, any_delay(chosen)
     k_ratio = _ratio(own.k_felt, k_ideal, 0.0)
     m_ratio = _ratio(own.mass_felt, mass_ideal, float(user.operator.mass))
     if k_ratio and m_ratio and not own.k_felt is own.mass_felt is None:
@@ -153,7 +152,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     return Rating(
         choice=choice, stable=stable(max(in_touch, free)), spectral_radius=in_touch,
         free_radius=free, linear=linear, live=live,
-        passive=prediction.passive(chosen),
+        passive=proof is not None and proof.proved,
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),
         k_felt=own.k_felt, k_ideal=k_ideal, mass_felt=own.mass_felt, mass_ideal=mass_ideal,
@@ -199,25 +198,21 @@ def _ratio(felt: float | None, ideal: float | None, more: float) -> float | None
     return max((felt + more) / (ideal + more), 1e-9) if felt else None
 
 
-def session_of(scenario: Scenario) -> Scenario | None:
+def session_of(scenario: Scenario) -> Scenario:
     """Return the session that a choice is judged by, of equal axes the one along which hands
-    press; None where that is too much work.
+    press.
     """
     if axes_of(scenario) == 1:
-        task = dataclasses.replace(scenario.task, sideways_m=0.0)
+        task = dataclasses.replace(scenario.task, sideways_m=0.0, upwards_m=0.0)
         scenario = dataclasses.replace(scenario, dof=1, task=task)
     ticks = USER_TICKS / len(scenario.users) / (COUPLED if scenario.dof > 1 else 1)
-    longest_s = min(LONGEST_S, ticks * scenario.tick_s)
-    if longest_s < min(LEAST_S, scenario.duration_s):
-        return None
-    return dataclasses.replace(scenario, duration_s=min(scenario.duration_s, longest_s))
+    longest_s = min(LONGEST_S, max(LEAST_S, ticks * scenario.tick_s), scenario.duration_s)
+    return dataclasses.replace(scenario, duration_s=longest_s)
 
 
 def judged(scenario: Scenario, row: Rating) -> Rating:
     """Return the rating of a choice with the verdicts of its session in virtual time."""
     session = session_of(row.choice.applied(scenario))
-    if session is None:
-        return row
     traces = simulate_one(session)
     found, ports = verdict(traces, session), passivity.passivity(traces, session, None)
     owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)

@@ -17,14 +17,13 @@ import contextlib
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.models.linear import Element, nonlinear
-from pmwvc_analysis.models.linearize import stable
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune import criteria
 from pmwvc_analysis.tune.criteria import Choice, Rating
@@ -37,7 +36,6 @@ from pmwvc_core.wave.impedance import first_axis
 from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
 STEP = 1.5  # factor between the alternatives
-WIDE = 2.0  # likewise, where no choice found from the lag is stable
 HOLDS = ("foh", "zoh")
 FOLLOWS = "b follows contact"  # on the strict channel
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
@@ -83,27 +81,21 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             two = two_impedances(scenario, choice, bounds, live=live)
             rows[FOLLOWS, hold] = criteria.rated(scenario, two, live=live)
     if all(row.cost is None for row in rows.values()):
-        rows |= elsewhere(scenario, filters, list(rows), bounds, live=live)
+        for key, row in rows.items():
+            lower = lowered(scenario, row.choice, bounds, live=live)
+            rows[key] = next((each for each in lower if each.cost is not None), row)
     usable = {key: row for key, row in rows.items() if row.cost is not None}
     if not usable:
-        helps = (
-            "make the environment softer or server.period_s shorter, give device.damping, or take "
-            "server.coupling = implicit where it is another"
-        )
-        if all(stable(row.spectral_radius) for row in rows.values()):
-            helps = (
-                "they are stable in contact, but nothing damps a device that touches nothing; "
-                "give it device.damping (a hand damps it as well, which the model leaves out), or "
-                "make the environment softer"
-            )
         raise PmwvcError(
-            f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked "
-            f"at within a factor of {WIDE:g}) is stable with any filter; {helps}"
+            f"{scenario.name}: no impedance from {bounds[0]:.3g} N s/m up is stable with any "
+            "filter, in contact and in free motion; make the environment softer or "
+            "server.period_s shorter, give device.damping, or take server.coupling = implicit "
+            "where it is another"
         )
     passive = {key: row for key, row in usable.items() if row.passive} or usable
     for key, row in _tries(scenario, passive, bounds, live=live):
         best_key, best = key, criteria.judged(scenario, row)
-        if best.simulated in (criteria.STABLE, None):
+        if best.simulated == criteria.STABLE:
             break
     else:
         raise PmwvcError(
@@ -132,33 +124,16 @@ def _tries(
     order = sorted(rows, key=lambda key: (round(rows[key].cost or 0.0, 3), key))
     yield from ((key, rows[key]) for key in order)
     best = rows[order[0]]
-    choice = best.choice
-    while choice.impedance > bounds[0]:
-        choice = choice.times(1.0 / STEP, bounds)
-        row = criteria.rated(scenario, choice, live=live)
+    for row in lowered(scenario, best.choice, bounds, live=live):
         if row.stable and row.passive >= best.passive:
             yield order[0], row
 
 
-def elsewhere(
-    scenario: Scenario,
-    filters: dict[str, FilterParams],
-    keys: Sequence[Key],
-    bounds: Bounds,
-    *,
-    live: bool,
-) -> dict[Key, Rating]:
-    """Return the best stable choice of each filter and hold among impedances ``WIDE`` apart."""
-    count = 1 + math.ceil(math.log(bounds[1] / bounds[0]) / math.log(WIDE))
-    found: dict[Key, Rating] = {}
-    for key, b in itertools.product(keys, np.geomspace(*bounds, count).tolist()):
-        choice = Choice(b, filters[key[0]], key[1])
-        _, in_touch, free = criteria.radii_of(choice.applied(scenario), live=live)
-        if stable(max(in_touch, free)):
-            row = criteria.rated(scenario, choice, live=live)
-            if row.cost is not None and (key not in found or row.cost < (found[key].cost or 0.0)):
-                found[key] = row
-    return found
+def lowered(scenario: Scenario, choice: Choice, bounds: Bounds, *, live: bool) -> Iterator[Rating]:
+    """Yield the ratings of a choice with less and less impedance."""
+    while choice.impedance > bounds[0]:
+        choice = choice.times(1.0 / STEP, bounds)
+        yield criteria.rated(scenario, choice, live=live)
 
 
 def bounds_of(scenario: Scenario) -> tuple[float, float]:

@@ -112,12 +112,10 @@ def _clocks(summary: dict[str, Any]) -> Iterator[Line]:
 
 def _recording(recording: dict[str, Any]) -> Iterator[Line]:
     """Yield how long, and from when to when, something was not recorded."""
-    if recording["holes"]:
-        found = recording["not_recorded_s"]
-        total = sum(end - start for start, end in found)
-        shown = ", ".join(f"{start:.2f} to {end:.2f} s" for start, end in found[:3])
-        more = f" and {len(found) - 3} more intervals" if len(found) > 3 else ""
-        text = f"Not recorded for {total:.2f} s: {shown}{more}; nothing is judged there."
+    if found := recording["holes"]:
+        times = [f"{h['owner']} from {h['start_s']:.2f} to {h['end_s']:.2f} s" for h in found]
+        times[3:] = [f"{len(found) - 3} more intervals"] if len(found) > 3 else []
+        text = f"Not recorded: {', '.join(times)}; nothing is judged there."
         yield Line(False, text, fails=True)
     elif missing := sum(recording["missing"].values()):
         text = f"{count(missing, 'numbered message')} not recorded; see the last table."

@@ -7,7 +7,7 @@ While a force F_k is held a device goes from x_k to x_{k+1}, and its loop gives 
 together than it gives; once it may give back what masses and springs hold. One that keeps a
 motion up gives, cycle after cycle, what the hands take out of it.
 
-Equations: docs/theory.md 13.13.
+Equations: docs/theory.md 13.10.
 """
 
 from collections.abc import Sequence

@@ -6,24 +6,23 @@ A server or an emulator that ended takes the loop with it: everything is judged 
 master that ended takes its user with it alone; a user who left interrupts nothing.
 
 The end of a node is reported by the session runner where it saw that, else by its trace, which
-breaks off while others go on. Where its packets go on, that is a hole of the recording.
+breaks off while others go on.
 """
 
 import math
-import re
-from collections.abc import Iterable
+from collections.abc import Iterator
 from typing import NamedTuple
+
+import numpy as np
 
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.topics import relayed
+from pmwvc_analysis.traces.felt import disturbances
 from pmwvc_analysis.traces.thresholds import EARLY_S
 from pmwvc_core.frame import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-
-LOOP = ("server", "netem")  # nodes that everybody needs
-KILL = ": kill"  # ends a disturbance that the scenario asks for
 
 
 class Ending(NamedTuple):
@@ -43,48 +42,32 @@ class Ending(NamedTuple):
 
 def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | None) -> list[Ending]:
     """Return what ended before the end of the session, earliest first."""
-    end_s = session_end_s(traces, scenario)
-    found: dict[str, Ending] = {}
-    for each in events:
-        who, time_s = str(each.get("who", "")), each["time_s"]
-        user = who.removesuffix(" master") if who.endswith(" master") else ""
-        ended = each["kind"] == "ended" and (user or who in LOOP)
-        if ended and time_s is not None and time_s < end_s - EARLY_S:
-            last_s = min(float(time_s), _last_s(traces, who))
-            found.setdefault(who, Ending(who, user, last_s, str(each["what"])))
-    for master in traces.users:
-        name, last_s = master.name, float(master.time_s[-1]) + master.tick_s
-        who, gone = f"{name} master", last_s <= end_s - EARLY_S
-        if gone and _left(traces, name, last_s):
-            found[who] = Ending(name, name, last_s, "left", interrupts=False)
-        elif gone and who not in found:
-            sent_s = _last_packet_s(traces, [f"/{name}/wave_up"])
-            found[who] = _broken_off(who, name, last_s, sent_s)
-    last_s = _last_s(traces, "server")
-    if "server" not in found and last_s <= traces.duration_s - EARLY_S:
-        sent = [topic for topic in traces.packets if re.fullmatch("/server/.*/wave_down", topic)]
-        sent_s = _last_packet_s(traces, sent)
-        found["server"] = _broken_off("server", "", last_s, sent_s)
-    killed = {e["who"] for e in events if e["kind"] == "disturbance" and e["what"].endswith(KILL)}
-    for who in killed & found.keys():
-        found[who] = found[who]._replace(what="was killed, as asked,", interrupts=False)
-    return sorted(found.values(), key=lambda ending: ending.time_s)
+    early_s, found = session_end_s(traces, scenario) - EARLY_S, []
+    ended = [e for e in events if e["kind"] == "ended" and (e["time_s"] or math.inf) < early_s]
+    noted = {str(each["who"]): each for each in reversed(ended)}
+    killed = {who for who, action, _ in disturbances(traces) if action == "kill"}
+    for who, user, last_s in _nodes(traces):
+        end, gone = noted.get(who), last_s <= early_s
+        if gone and user and _left(traces, user, last_s):
+            found.append(Ending(user, user, last_s, "left", interrupts=False))
+        elif end or gone:  # a runner sees an end a little later than the last that is on record
+            what = str(end["what"]) if end else "was last recorded"
+            what = "was killed, as asked," if who in killed else what
+            time_s = min(last_s, float(end["time_s"])) if end else last_s
+            found.append(Ending(who, user, time_s, what, interrupts=who not in killed))
+    return sorted(found, key=lambda ending: ending.time_s)
 
 
-def _last_s(traces: SessionTraces, who: str) -> float:
-    """Return when the last that a node of everybody's published is from [s]: a runner sees its end
-    a little later. Infinity where nothing is.
+def _nodes(traces: SessionTraces) -> Iterator[tuple[str, str, float]]:
+    """Yield the nodes on record, whose they are (empty: everybody's), and until when each was
+    recorded [s]; the emulator is by the packets that it relayed.
     """
-    if who == "server" and traces.server is not None and len(traces.server.time_s):
-        return float(traces.server.time_s[-1] + traces.server.periods_s[-1])
-    topics = [topic for topic in traces.packets if who == "netem" and relayed(topic)]
-    return _last_packet_s(traces, topics) or math.inf
-
-
-def _last_packet_s(traces: SessionTraces, topics: Iterable[str]) -> float:
-    """Return when the last packet of some topics was recorded [s]; zero: there was none."""
-    times = [traces.packets[topic].time_s for topic in topics if topic in traces.packets]
-    return max((float(each[-1]) for each in times if len(each)), default=0.0)
+    for user in traces.users:
+        yield f"{user.name} master", user.name, float(user.time_s[-1]) + user.tick_s
+    if (server := traces.server) is not None and len(server.time_s):
+        yield "server", "", float(server.time_s[-1] + server.periods_s[-1])
+    came = [each.time_s for topic, each in traces.packets.items() if relayed(topic)]
+    yield "netem", "", float(np.concatenate([*came, [0.0]]).max()) or math.inf
 
 
 def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:
@@ -104,12 +87,6 @@ def _left(traces: SessionTraces, name: str, last_s: float) -> bool:
     after = server.state[server.users.index(name)][server.time_s > last_s]
     soon = after[: max(2, round(0.2 / server.period_s))]
     return bool(len(soon) and soon[-1] == Presence.ABSENT)
-
-
-def _broken_off(who: str, user: str, last_s: float, sent_s: float) -> Ending:
-    """Return the end of a node, or of its recording alone where it sent packets behind it."""
-    recorded = sent_s <= last_s + EARLY_S
-    return Ending(who, user, last_s, "ended" if recorded else "was last recorded")
 
 
 def judged_until_s(traces: SessionTraces, found: list[Ending]) -> float:

@@ -11,30 +11,24 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.budget.criterion import bounded, passive_by_account, together
-from pmwvc_analysis.budget.result import SERVER
+from pmwvc_analysis.budget.criterion import passive_by_account, together
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.traces.stages import Stage, same_lag, text_of
+from pmwvc_analysis.traces.stages import Stage
 from pmwvc_analysis.verdicts.stability import LIMITED
-from pmwvc_core.master.count_bound import CountBound
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
-from pmwvc_core.words import listed, quantity
+from pmwvc_core.words import listed
 
-UNKNOWN = "is not known before."
-LATE_PLAYOUT = f"The delay of a playout follows how late packets come, which {UNKNOWN}"
-TOO_LATE = f"channel = zeroing loses the motion of packets that come too late, which {UNKNOWN}"
-HELD = (
-    "channel = plain holds a wave until the next packet: what late and lost ones make of the "
-    f"motion {UNKNOWN}"
-)
+LATE = {  # by whether the channel is strict
+    True: "The delay of a playout follows how late packets come, which is not known before.",
+    False: "What late and lost packets make of the motion is not known before.",
+}
 SKIPPED = (
-    "channel = plain uses the newest packet of a server step only: what the others carried of the "
-    f"motion is lost, how much {UNKNOWN}"
+    "channel = plain uses the newest packet of a server step only: how much of the motion the "
+    "others carried is not known before."
 )
-DELAYS = "stall", "link", "damping"  # kinds of events behind which packets come late
 OFFSET = "offset of the device from its avatar at the end"
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
 STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
@@ -59,7 +53,6 @@ class Outcome(NamedTuple):
     measured: float | None = None
     tolerance: float | None = None
     unit: str = ""
-    until: float | None = None  # the other end, where a range is predicted
 
 
 def outcomes(
@@ -67,45 +60,34 @@ def outcomes(
 ) -> list[Outcome]:
     """Return what became of every prediction of a summary.
 
-    Where parameters changed in flight (``steady`` has several stages), the prediction is that of
-    the parameters at the start and remains open; offsets are predicted from those at the end,
-    where no impedance, link or coupling changed.
+    Where parameters changed in flight (``steady`` has several stages), those of stability and
+    offsets are of the parameters at the start and remain open.
     """
+    found = [_stability(summary)]
     if len(steady) > 1:
+        begins = f"Parameters changed, first at {steady[1].start_s:.2f} s"
         text = "the prediction is that of the parameters at the start, and open."
-        text = f"Parameters changed ({text_of(steady)}): {text}"
-        found = [Outcome("stability", None, text)]
-        if not same_lag(steady):
-            return found
-        scenario = steady[-1].scenario
-    else:
-        found = [_stability(summary)]
-    if passive_by_account(scenario):
+        found = [Outcome("stability", None, f"{begins}: {text}")]
+    if all(passive_by_account(each) for each in [scenario, *(s.scenario for s in steady)]):
         found.append(_passivity(summary))
-    for user in scenario.users:
-        if bound := bounded(user, scenario):
-            found.append(_counts(user.name, bound, summary))
-    if summary["prediction"]["mass_felt"] is not None:
+    if len(steady) <= 1 and summary["prediction"]["mass_felt"] is not None:
         found += offsets(scenario, summary)
     return found
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
     ports = summary["passivity"]["ports"]
-    of = {verdict: [p for p in ports if p["passive"] is verdict] for verdict in (False, None)}
-    owners = {verdict: listed(sorted({p["owner"] for p in own})) for verdict, own in of.items()}
-    if of[False] and all(map(_by_standing_loops, of[False])):
+    hit = together(port["passive"] for port in ports)
+    those = [port for port in ports if port["passive"] is hit]
+    owners = listed(sorted({port["owner"] for port in those}))
+    if hit is False and all(map(_by_standing_loops, those)):
         text = (
             "Predicted that all ports are passive while loops run: open, the loop of "
-            f"{owners[False]} stood still, and its last force stayed on."
+            f"{owners} stood still, and its last force stayed on."
         )
         return Outcome("passivity", None, text)
-    was = {
-        True: "they were",
-        False: "they were NOT",
-        None: f"not all were judged ({owners[None] or 'no port was recorded'})",
-    }
-    hit = together(port["passive"] for port in ports)
+    unknown = f"not all were judged ({owners or 'no port was recorded'})"
+    was = {True: "they were", False: "they were NOT", None: unknown}
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was[hit]}.")
 
 
@@ -113,24 +95,6 @@ def _by_standing_loops(port: dict[str, Any]) -> bool:
     """Tell whether all that a port gave out came of loops that stood still."""
     allowed_j = sum(port[n] for n in ("declared_j", "encoder_bound_j", "tolerance_j", "held_j"))
     return bool(0.0 < port["held_j"] and -port["least_balance_j"] <= allowed_j)
-
-
-def _counts(name: str, bound: CountBound, summary: dict[str, Any]) -> Outcome:
-    """Compare what the port of a hand behind counts gave out with its bound."""
-    ports = summary["passivity"]["ports"]
-    port = next((p for p in ports if (p["owner"], p["part"]) == (name, "hand_port")), None)
-    text = (
-        f"Behind counts of {1e6 * bound.step_m:.3g} um the port of the hand was predicted to give "
-        f"out at most {quantity(bound.given_j, 'J')} more than it took in"
-    )
-    given_j = None
-    if port is not None and port["least_balance_j"] is not None and port["passive"] is not None:
-        given_j = max(0.0, -port["least_balance_j"] - port["declared_j"])
-    if given_j is None:
-        return Outcome("encoder", None, f"{text}: that was not judged.", name, bound.given_j)
-    hit = given_j <= bound.given_j
-    text = f"{text}: it gave {quantity(given_j, 'J')}."
-    return Outcome("encoder", hit, text, name, bound.given_j, given_j, 0.0, "J")
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:
@@ -161,21 +125,16 @@ def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
 def _of_user(
     user: User, scenario: Scenario, summary: dict[str, Any], entry: dict[str, Any]
 ) -> Outcome:
-    """Return the outcome of an offset. On a live strict channel the lag follows late packets: up
-    to F/(2b) times what they made it longer is added.
-    """
     force, was_m, live = entry["force_final_n"], entry["drift_m"], summary["source"] == "live"
     if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
         far = f"the device moves {math.sqrt(transformer(user)):.3g} times as far."
         text = "no offset of device and avatar is predicted: the ends have different impedance,"
         text = f"{user.name}: {text} {far}"
         return Outcome("offset", None, text, user.name)
-    m_per_s, late_s = force / (2.0 * first_axis(user.in_contact.impedance)), entry["late_s"]
-    even_m, ranges = m_per_s * lag_s(user, scenario, live=live), live and scenario.strict
-    until_m = even_m + m_per_s * late_s if ranges and late_s is not None else None
-    low_m, high_m = sorted((even_m, even_m if until_m is None else until_m))
+    m_per_s = force / (2.0 * first_axis(user.in_contact.impedance))
+    even_m = m_per_s * lag_s(user, scenario, live=live)
     tolerance_m = _tolerance_m(even_m)
-    hit = low_m - tolerance_m <= was_m <= high_m + tolerance_m
+    hit = abs(was_m - even_m) <= tolerance_m
     if reason := next(_open(user, scenario, summary, entry, even_m, hit=hit), ""):
         begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
         text = (
@@ -183,14 +142,12 @@ def _of_user(
             f"expected of the link{begins}. {reason}"
         )
         return Outcome("offset", None, text, user.name)
-    until = "" if until_m is None else f" to {until_m * 1e3:+.2f}"
     text = (
-        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f}{until} mm, measured "
+        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f} mm, measured "
         f"{was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
         f"tolerance {tolerance_m * 1e3:.2f} mm)."
     )
-    late = f" Late packets made its lag up to {late_s * 1e3:.0f} ms longer." if ranges else ""
-    return Outcome("offset", hit, text + late, user.name, even_m, was_m, tolerance_m, "m", until_m)
+    return Outcome("offset", hit, text, user.name, even_m, was_m, tolerance_m, "m")
 
 
 def _open(
@@ -200,20 +157,11 @@ def _open(
     """Yield in words why an offset is not that of a press at rest, or was not known before."""
     live, name = summary["source"] == "live", user.name
     if user.master.deadband.is_on or user.contact.deadband.is_on:
-        saved = {each["name"]: each["left_out"] for each in summary["receptions"]}
-        known = {way: saved.get(f"{name}/{way}") for way in ("up", "down")}
-        ways = [f"{n:.0%} of the packets {way}" for way, n in known.items() if n is not None]
-        left_out = " and ".join(ways) or "packets"
-        yield f"A deadband left out {left_out}; the longest wait for one counts."
-    if is_random(user.link_up) or is_random(user.link_down) or (live and scenario.zeroing):
-        yield LATE_PLAYOUT if scenario.strict else TOO_LATE if scenario.zeroing else HELD
-    events = [each for each in summary["events"] if each["time_s"] is not None]
-    if not scenario.strict:
-        if user.master.frame_s < scenario.server.period_s:
-            yield SKIPPED
-        own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
-        for each in (e for e in events if live and e["kind"] in DELAYS and e["who"] in own):
-            yield f"{each['who']}, at {each['time_s']:.2f} s: {each['what']}. {HELD}"
+        yield "A deadband left out packets; the longest wait for one counts."
+    if live or is_random(user.link_up) or is_random(user.link_down):
+        yield LATE[scenario.strict]
+    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
+        yield SKIPPED
     if summary["stable"] is False:
         yield "The session was not stable, so this is no press at rest."
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
@@ -223,11 +171,9 @@ def _open(
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         yield f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
-    limited = any((e["kind"], e["who"]) == ("limit", f"{name} master") for e in events)
-    if limited and not (hit or scenario.strict):
+    own = (each["kind"] for each in summary["events"] if each["who"] == f"{name} master")
+    if "limit" in own and not (hit or scenario.strict):
         yield "Its force was limited, which took motion out of the wave."
-    if live and scenario.strict and entry["late_s"] is None:
-        yield LATE_PLAYOUT
 
 
 def _tolerance_m(predicted_m: float) -> float:

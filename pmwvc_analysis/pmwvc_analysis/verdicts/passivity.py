@@ -17,21 +17,25 @@ had not taken in is named with its amount.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Finding, server_allowance_j, together
+from pmwvc_analysis.budget.criterion import Balance, Finding, server_allowance_j, together
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import Hole, StoodStill, holes, stood_still
-from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.holes import (
+    AGAIN,
+    Unjudged,
+    of_server,
+    skips,
+    starts,
+)
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
-from pmwvc_core.words import count, quantity, share
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.words import listed, quantity, share
 
-# where the work of the force on the device counts
-AT_DEVICE = ("hand_port", "node", "node_and_link_down", "sample_hold")
 PORTS = {
     "up": "link from the device to the server",
     "down": "link from the server to the device",
@@ -73,7 +77,7 @@ def passivity(
 ) -> Passivity:
     """Judge every port and every component of a session."""
     balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
-    missing = [hole for hole in holes(traces) if hole.owner == SERVER]
+    missing = [each.unjudged for each in of_server(traces.server)] if traces.server else []
     found: list[Finding] = []
     for user in traces.users:
         if (entry := balances.get(user.name)) is None:
@@ -81,55 +85,41 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        of_user = (energy.within(each, entry, open_s) for each in _of_user(entry, missing))
-        found += [_excused(each, "" if scenario else NO_SCENARIO) for each in of_user]
+        unknown = [*entry.unjudged, *missing]
+        for part, balance in entry.parts.items():
+            port = energy.within(balance.judged(user.name, part, unknown), balance, open_s)
+            found.append(_excused(_held(port, user), "" if scenario else NO_SCENARIO))
     if traces.server is not None and len(traces.server.time_s):
-        found.append(_of_server(traces, scenario, missing))
+        found.append(_of_server(traces.server, scenario, missing))
     if energies is not None:
         found += energies.findings
-    still = {user.name: stood_still(user) for user in traces.users}
-    held = (_with_held(each, still.get(each.owner, [])) for each in found)
-    return Passivity(tuple(held))
+    return Passivity(tuple(found))
 
 
-def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
-    """Return a finding with what of it forces gave that stayed on while a loop stood still."""
-    if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
+def _held(found: Finding, user: UserTraces) -> Finding:
+    """Return a violation with what the last force gave to the hand while the loop stood still."""
+    rows = skips(user)
+    moved = user.x_m[rows + 1] - user.x_m[rows]
+    gave_j = np.maximum(-np.sum(user.f_applied[rows] * moved, axis=-1), 0.0)
+    gave_j = gave_j[user.time_s[rows] <= (found.least_s or 0.0)]
+    held_j = min(float(gave_j.sum()), found.given_j - found.declared_j - found.counts_j)
+    if found.passive is not False or found.part != "hand_port" or held_j <= found.tolerance_j:
         return found
-    own = [each for each in still if each.start_s <= found.least_s and each.given_j > 0.0]
-    most_j = found.given_j - found.declared_j - found.counts_j
-    held_j = min(sum(each.given_j for each in own), most_j)
-    if held_j <= found.tolerance_j:
-        return found
-    worst = max(own, key=lambda each: each.given_j)
-    when = f"{count(len(own), 'time')}, for {worst.lasted_s:.3f} s at {worst.start_s:.2f} s"
-    gave = f"{quantity(held_j, 'J')} of it came of its loop, which stood still ({when})"
-    return replace(
-        found, held_j=held_j, why=f"{gave}: the force that stayed on gave it to the hand"
-    )
-
-
-def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
-    unknown = [*entry.stretches.unjudged, *(hole.unjudged for hole in missing)]
-    return [
-        ways.judged(
-            entry.name, part, unknown if part == "hand_port" else energy.hidden(ways, unknown)
-        )
-        for part, ways in entry.parts.items()
-    ]
+    why = f"{quantity(held_j, 'J')} of it gave the force that stayed on while its loop stood still"
+    return replace(found, held_j=held_j, why=why)
 
 
 def _of_server(
-    traces: SessionTraces, scenario: Scenario | None, missing: Sequence[Hole]
+    server: ServerTraces, scenario: Scenario | None, missing: Sequence[Unjudged]
 ) -> Finding:
-    server = traces.server
-    assert server is not None
     taken, given, _ = energy.server_sums(server)
-    for start in starts(server):  # what it held died with the one before
-        taken[start.row :] -= taken[start.last] - given[start.last]
+    rows, unknown = slice(None), [*missing]
+    for row in starts(server)[:1]:  # what it held died with it
+        rows, (since_s, until_s) = slice(row), server.time_s[[row, -1]].tolist()
+        unknown.append(Unjudged(since_s, until_s, f"{SERVER} {AGAIN}"))
     allowance_j = server_allowance_j(scenario) if scenario else 0.0
-    balance = energy.Balance(server.time_s, taken, given, allowance_j)
-    found = balance.judged(SERVER, SERVER, [hole.unjudged for hole in missing])
+    balance = Balance(server.time_s[rows], taken[rows], given[rows], allowance_j)
+    found = balance.judged(SERVER, SERVER, unknown)
     if scenario is None:
         return _excused(found, "without the scenario its environment is not known")
     return _excused(found, scenario.environment.own_energy(scenario.server))
@@ -184,7 +174,6 @@ def component(finding: Finding, found: Passivity) -> str:
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {quantity(finding.tolerance_j, 'J')}"
     )
-    text += f"; {finding.why}" if finding.held_j > 0.0 else ""
     if not found.session:
         return text
     storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
@@ -204,28 +193,20 @@ def part_words(finding: Finding) -> str:
     return PORTS.get(finding.part, finding.part.replace("_", " "))
 
 
-def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
-    """Return in words whether the budget closes and which components generated energy.
-
-    Each line is good or bad; None where the ports, which decide, show that others paid for it.
+def budget_lines(found: Budget, summary: dict[str, Any]) -> list[tuple[bool | None, str]]:
+    """Return in words whether the budget closes and which components were active. Each line is
+    good or bad; None where the ports, which decide, show that others paid for it.
     """
+    active, passive = summary["active"], summary["passivity"]["passive"]
     residual = quantity(float(np.abs(found.residual_j).max()), "J")
     text = f"The energy budget closes to {residual}."
     if not found.closes:
         text = f"The energy budget does not close: {residual} are not explained."
     lines: list[tuple[bool | None, str]] = [(found.closes, text)]
-    for part, hides in {each.part: each.hides for each in found.remainders}.items():
-        words = words_of(part)
-        lines.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
-    for port in judged.findings:
-        if port.decides and port.passive is False:
-            lines.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
-    paid = judged.session
-    lines += [
-        (None if paid else False, f"{component(each, judged)}.")
-        for each in judged.components or found.active
-    ]
-    if not found.active and paid:
-        limit = found.findings[0].tolerance_j
-        lines.append((True, f"No component generated energy beyond {quantity(limit, 'J')}."))
+    if parts := list(dict.fromkeys(words_of(each.part) for each in found.remainders)):
+        lines.append((None, f"What the others leave, with their errors: {listed(parts)}."))
+    lines += [(None if passive else False, f"{each}.") for each in active]
+    if passive and not active:
+        limit = quantity(found.findings[0].tolerance_j, "J")
+        lines.append((True, f"No component generated energy beyond {limit}."))
     return lines

@@ -5,8 +5,8 @@
 In this order:
 
 ``diverged``
-    a signal is not finite, a wave longer than receivers take, a position more than half the
-    workspace outside of it, or an oscillation grows beyond 50 mm/s in a loop that is not passive.
+    a position is not finite or more than half the workspace outside of it, or an oscillation grows
+    beyond 50 mm/s in a loop that is not passive.
 ``limited by safety``
     a fault, repeated braking for speed, or forces shortened again and again (events/limits.py).
 ``environment lost``
@@ -26,17 +26,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.budget.criterion import tolerance
+from pmwvc_analysis.budget.energy import server_sums, user_energies
 from pmwvc_analysis.events import limits
 from pmwvc_analysis.events.nodes import COUPLED
 from pmwvc_analysis.prediction.prediction import growth_per_s
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.arrivals import waited
-from pmwvc_analysis.traces.holes import stood_still
+from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import UNKNOWN, LoopWork, drive, kept_driven, works
 from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
-from pmwvc_analysis.verdicts.outside import outside_of, passive, too_long
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -77,7 +78,7 @@ def _judged(
         return _unknown(f"{outside}; {did} the work of it")
     if left_s > 0.0 and passive(traces, scenario):
         return _unknown(f"{outside}, and every port is passive: the loop did not make the energy")
-    if outside := outside or too_long(traces, scenario):
+    if outside:
         return Verdict(False, "diverged", outside)
     lasting = [(found, motion) for found, motion in strengths if lasts(found, motion)]
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
@@ -92,7 +93,7 @@ def _judged(
             model = _expected(traces, scenario)[1]
             kind = SUSTAINED if passive(traces, scenario) else "diverged"
             return Verdict(False, kind, "; ".join(filter(None, (why, model))))
-    if took_over := limits.taken_over(traces, scenario):
+    if took_over := limits.taken_over(traces):
         return Verdict(False, LIMITED, took_over)
     shortened, saturated = limits.often_shortened(traces)
     if shortened and (own or not saturated):
@@ -103,7 +104,7 @@ def _judged(
         whose = "the loop gave energy" if gave else "a hand may have pushed harder"
         nothing = f"nothing oscillates beyond the voluntary band: {whose}"
         return _unknown(f"{shortened}, to the largest that is allowed; {nothing}")
-    if lost := limits.lost(traces, scenario):
+    if lost := limits.lost(limits.withheld(traces, scenario)):
         return Verdict(False, "environment lost", lost)
     explained = ""
     if lasting:
@@ -119,9 +120,7 @@ def _judged(
     if (length_s := traces.duration_s) < th.SHORTEST_S:
         return _unknown(f"{length_s:.2g} s are too short to judge, {th.SHORTEST_S:g} s at least")
     if unknown := ", ".join(motion.name for found, motion in strengths if not found.known):
-        loops = [(user.name, sum(s.lasted_s for s in stood_still(user))) for user in traces.users]
-        still = [f"; the loop of {who} stood still for {t_s:.2f} s" for who, t_s in loops if t_s]
-        return _unknown(f"too little of the motion of {unknown} is known{''.join(still)}")
+        return _unknown(f"too little of the motion of {unknown} is known")
     if traces.users and not any((user.state == COUPLED).any() for user in traces.users):
         return _unknown("no user was ever coupled")
     moved = (np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in traces.users)
@@ -189,3 +188,40 @@ def _quiet_words(found: list[Strength]) -> str:
     if any(each.late_m_s > th.OSCILLATION_M_S and not each.remains for each in found):
         return f"{text} decays"
     return f"{text} is no more than counts of an encoder or sampling make of a slower one"
+
+
+def passive(traces: SessionTraces, scenario: Scenario | None) -> bool:
+    """Tell whether all ports of users are passive, and the server gave and holds no more than it
+    took in: the energy of such a loop is bounded.
+    """
+    energies, server = user_energies(traces, scenario), traces.server
+    if server is None or not energies or any(each.passive is not True for each in energies):
+        return False
+    taken, given, holds = server_sums(server)
+    return bool((taken - given - holds >= -tolerance(taken) - tolerance(holds)).all())
+
+
+def outside_of(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, float]:
+    """Return what is not finite or far outside the workspace, in words, and since when [s]; empty
+    when nothing is.
+    """
+    known = scenario.users if scenario else ()
+    workspace = max((u.device.workspace_m for u in known), default=th.DEFAULT_WORKSPACE_M)
+    positions = [(f"{user.name}'s device", user.x_m, user.time_s) for user in traces.users]
+    if (server := traces.server) is not None:
+        touched = np.any([touching(server, i) for i in range(len(server.users))], axis=0)
+        latest_s = np.maximum.accumulate(np.where(touched, server.time_s, -np.inf))
+        held = ~(server.time_s - latest_s >= th.SETTLE_S)  # else it coasts
+        held |= ~np.isfinite(server.x_o).all(axis=-1)
+        positions.append(("the object", server.x_o[held], server.time_s[held]))
+        for name, x_s, state in zip(server.users, server.x_s, server.state, strict=True):
+            present = state > 0
+            positions.append((f"{name}'s avatar", x_s[present], server.time_s[present]))
+    for name, x, time_s in positions:
+        if not np.isfinite(x).all():
+            return f"{name}: a position is not a number", 0.0
+        far = np.flatnonzero(np.abs(x).max(axis=-1, initial=0.0) > th.WORKSPACES * workspace)
+        if len(far):
+            space = f"the workspace (+-{workspace * 1e3:.0f} mm)"
+            return f"{name} left {space} at {time_s[far[0]]:.2f} s", float(time_s[far[0]])
+    return "", 0.0

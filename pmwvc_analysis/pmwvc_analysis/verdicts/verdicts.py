@@ -13,11 +13,11 @@ import numpy as np
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import events, limits
-from pmwvc_analysis.traces import arrivals, holes
+from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.stages import stages, until
-from pmwvc_analysis.traces.sums import final, merged, number, percentiles, rms, swing
+from pmwvc_analysis.traces.sums import final, number, percentiles, rms
 from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
@@ -77,7 +77,6 @@ def summary(
             "messages": {topic: count["messages"] for topic, count in counts},
             "missing": {topic: count["missing"] for topic, count in counts},
             "holes": [hole._asdict() for hole in missing],
-            "not_recorded_s": [list(each) for each in merged(hole[1:3] for hole in missing)],
             "not_relayed": {t: n["not_relayed"] for t, n in counts if "not_relayed" in n},
         },
         "alignment": traces.metadata.get("alignment", {}),
@@ -139,10 +138,9 @@ def _user(
         else None,
         "coherency_rms_m": rms(away.error) if away else None,
         "drift_m": final(away.error, away.time_s, end_s) if away else None,
-        "drift_change_m": swing(away.error, away.time_s, end_s) if away else None,
+        "drift_change_m": final(away.error, away.time_s, end_s, np.ptp) if away else None,
         "kept_apart_m": final(away.kept, away.time_s, end_s) if away else None,
         **_ticks(user),
-        "late_s": arrivals.late_s(traces, user),
         "lateness_us": percentiles(user.lateness_s, 1e6),
         "compute_us": percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
@@ -156,15 +154,13 @@ def _ticks(user: UserTraces) -> dict[str, Any]:
     """Return how many ticks ran, were skipped by the loop and were not recorded, and the rate of
     those that ran, in the time in which the master ran and was recorded.
     """
-    steps, middles = np.diff(user.tick), 0.5 * (user.time_s[1:] + user.time_s[:-1])
-    inside = np.zeros(len(steps), dtype=bool)
-    for hole in holes.of_user(user):
-        inside |= (middles > hole.start_s - user.tick_s) & (middles < hole.end_s)
-    seen = ~inside & (steps > 0)  # a master that is started again counts from zero
+    steps, missing = np.diff(user.tick), holes.gaps(user)
+    seen = steps > 0  # a master that is started again counts from zero
+    seen[missing] = False
     ran_s = float(np.diff(user.time_s)[seen].sum())
     return {
         "ticks": len(user.tick),
         "ticks_skipped": int((steps[seen] - 1).sum()),
-        "ticks_missing": int((steps[inside & (steps > 1)] - 1).sum()),
+        "ticks_missing": int((steps[missing] - 1).sum()),
         "tick_rate_hz": number(int(seen.sum()) / ran_s) if ran_s else None,
     }

@@ -5,7 +5,7 @@
 import argparse
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
-MOST_STIFF = "largest contact stiffness to search, in N/m (default: 1e6, simulated 20000)"
+MOST_STIFF = "largest contact stiffness to search, in N/m (default: 1e6)"
 DAMPINGS = "contact dampings in N s/m: the largest stiffness for each (Z-width)"
 
 
@@ -33,7 +33,7 @@ def _numbers(text: str) -> list[float]:
 
 @cli.command(
     *cli.MODEL,
-    cli.argument("--bound", MOST_STIFF, type=float, metavar="K"),
+    cli.argument("--bound", MOST_STIFF, type=float, default=1e6, metavar="K"),
     cli.argument("--damping", DAMPINGS, type=_numbers, metavar="B,..."),
     cli.JSON,
 )
@@ -44,15 +44,12 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
       pmwvc stability carry_16ms
       pmwvc stability carry_16ms --set server.coupling=one_frame_late --set link.delay_s=0.024
       pmwvc stability my_scenario.yaml --users 3 --json
-      pmwvc stability wall_slow --set server.compensation=corrected --damping 0,5,10
+      pmwvc stability wall --damping 0,5,10
 
     Exact with hands off and all contacts touching.
 
-    --damping gives the Z-width: the largest stable contact stiffness for each contact damping. It
-    is exact where the scenario is linear. Otherwise sessions are simulated, in which a small push
-    has to die out, and the stiffness is bisected (some 10 s for each damping). Keys of its --json:
-    scenario, simulated, z_width (damping, stable_up_to, unstable_from: null where nothing was
-    unstable).
+    --damping gives the Z-width: the largest stable contact stiffness for each contact damping.
+    Keys of its --json: scenario, z_width (damping, k_max, k_max_unknown).
 
     Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
     k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
@@ -60,43 +57,32 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.models.answer import answer, sentences
-    from pmwvc_analysis.models.stability import BOUND, LOWEST
+    from pmwvc_analysis.models.stability import LOWEST
 
-    bound = BOUND if arguments.bound is None else arguments.bound
+    bound = arguments.bound
     if not LOWEST < bound <= HIGHEST:
         raise PmwvcError(f"--bound {bound:g}: must be > {LOWEST:g} and <= 1e12 N/m")
     if arguments.damping is not None:
-        return _z_width(scenario, arguments)
+        return _z_width(scenario, arguments, bound)
     with doing("computing the stability"):
         found = answer(scenario, live=arguments.live, bound=bound)
     print(*sentences(found), sep="\n")
     return cli.Result(document=found)
 
 
-def _z_width(scenario: "Scenario", arguments: argparse.Namespace) -> cli.Result:
+def _z_width(scenario: "Scenario", arguments: argparse.Namespace, bound: float) -> cli.Result:
     """Print the largest stable contact stiffness for each contact damping."""
-    from pmwvc_analysis.maps.z_width import HIGHEST_SIMULATED, of_each
-    from pmwvc_analysis.models.linear import nonlinear
+    from pmwvc_analysis.models.stability import z_width
 
-    elements = nonlinear(scenario)
-    how = "from the exact model"
-    if elements:
-        most = HIGHEST_SIMULATED if arguments.bound is None else arguments.bound
-        texts = ", ".join(dict.fromkeys(element.text for element in elements))
-        how = f"simulated up to {most:g} N/m, as it is not linear ({texts})"
-    print(f"{scenario.name}: largest stable contact stiffness, {how}")
-    rows: list[dict[str, Any]] = []
-    with doing("computing the Z-width") as work:
-        dampings, search = arguments.damping, {"bound": arguments.bound, "live": arguments.live}
-        for b, (low, high) in of_each(scenario, dampings, **search):
-            rows.append({"damping": b, "stable_up_to": low, "unstable_from": high})
-            work(len(rows) / len(dampings))
-    for row in rows:
-        low, high = row["stable_up_to"], row["unstable_from"]
-        words = f"{low:.0f} N/m" if high is not None else f"none up to {low:g} N/m is unstable"
-        print(f"  B = {row['damping']:g} N s/m: {words}")
-    found = {"scenario": scenario.name, "simulated": bool(elements), "z_width": rows}
-    return cli.Result(document=found)
+    dampings = arguments.damping
+    with doing("computing the Z-width"):
+        limits = z_width(scenario, dampings, live=arguments.live, bound=bound)
+    print(f"{scenario.name}: Z-width")
+    rows = []
+    for b, limit in zip(dampings, limits, strict=True):
+        rows.append({"damping": b, "k_max": limit.first, "k_max_unknown": limit.unknown})
+        print(f"  B = {b:g} N s/m: {limit.text}")
+    return cli.Result(document={"scenario": scenario.name, "z_width": rows})
 
 
 @cli.command(

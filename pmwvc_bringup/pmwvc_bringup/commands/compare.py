@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         default=[],
         metavar="NAME=A,B,...",
     ),
-    cli.argument("--controllers", "controllers by name; see below", metavar="A,B,..."),
+    cli.argument("--controllers", "the same as --over controller=A,B,...", metavar="A,B,..."),
     cli.DURATION.but("length of each session in s"),
     cli.SET.but("change a parameter of all; may be repeated"),
     cli.LIVE.but("real nodes instead of virtual time"),
@@ -43,15 +43,8 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
       pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
                                --over link.delay_s=0,0.016,0.024
       pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
-      pmwvc compare wall_slow --controllers direct,waves,printed,corrected,ledger
+      pmwvc compare wall_slow --over server.compensation=printed,corrected,ledger
       pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
-
-    --controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm,
-    and waves (plain), or features on plain waves, joined by +: printed, corrected, ledger
-    (compensation of a black-box environment decoded late), secant (ledger behind a learned slope),
-    velocity_filter, velocity_filter_printed, filter_bank, complementary_bank, position,
-    position_printed, position_integral. Controllers that a scenario does not allow are left out
-    with a note.
 
     Every combination of the values runs with the same hands and the same fate of every packet (one
     seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
@@ -59,16 +52,15 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     settings are simulated for up to 20 s, which takes about 5 s of computing with two users; the
     best are kept.
     """
-    from pmwvc_bringup.combinations import combinations, fitting, variants_of
-    from pmwvc_bringup.session.surroundings import new_folder
+    from pmwvc_bringup.combinations import combinations
+    from pmwvc_bringup.session.surroundings import check, new_folder
 
-    source, texts = arguments.scenario, arguments.settings
-    variants, left_out = fitting(source, variants_of(arguments.controllers), texts)
-    notes = [f"Left out: {variant}: {reason}." for variant, reason in left_out.items()]
+    source, over = arguments.scenario, [*arguments.over]
+    over += [f"controller={arguments.controllers}"] if arguments.controllers else []
     limits = {"users": arguments.users, "duration_s": arguments.duration}
-    chosen = combinations(
-        source, arguments.over, controllers=variants, settings_texts=texts, **limits
-    )
+    chosen = combinations(source, over, settings_texts=arguments.settings, **limits)
+    for one in chosen:
+        check(one.scenario)
     name = chosen[0].scenario.name
     folder = new_folder(f"{name}-compare", arguments.out)
     from pmwvc_bringup import comparison as report
@@ -84,7 +76,7 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
         with doing("running") as work:
             entries = report.simulated(chosen, folder, work)
     title = f"Comparison of {name}"
-    return report.report(folder, title, entries, console, notes=notes, figures=figures)
+    return report.report(folder, title, entries, console, figures=figures)
 
 
 MISSES = "does NOT reproduce the recording"

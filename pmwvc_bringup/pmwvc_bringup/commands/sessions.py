@@ -104,7 +104,7 @@ def report(arguments: argparse.Namespace) -> cli.Result:
     return finish(terminal(), arguments.folder, None, check=arguments.check, out=arguments.out)
 
 
-TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}
+TARGETS = {"csv": "csv", "mat": "session.mat"}
 
 
 @cli.command(
@@ -115,12 +115,11 @@ TARGETS = {"csv": "csv", "mat": "session.mat", "hdf5": "session.h5"}
     cli.OUT.but("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
 )
 def export_(arguments: argparse.Namespace) -> cli.Result:
-    """Write the signals of a recorded session as CSV, MAT or HDF5.
+    """Write the signals of a recorded session as CSV or MAT.
 
     examples:
       pmwvc export sessions/20260101T120000Z-carry_16ms                 a folder of CSV files
       pmwvc export sessions/20260101T120000Z-carry_16ms --as mat        for MATLAB and Octave
-      pmwvc export sessions/20260101T120000Z-carry_16ms --as hdf5 --out /tmp/carry.h5
     """
     from pmwvc_analysis.export import export
     from pmwvc_analysis.recording.reader import read_scenario, read_session

@@ -33,8 +33,8 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
     From the exact model; where no linear model holds (tdpa, pspm, stored energy for position
     feedback, friction), measured by a simulated press and swing. Buzz, steps and dropouts of the
     force are those of the session, simulated for 10 s at most. A session folder adds the
-    estimate from its recording (operator.kind chirp, sinusoid or a replayed force). --out, of the
-    model only, writes transparency.png, .svg, .csv, .npz, .mat and .json.
+    estimate from its recording (operator.kind chirp or a replayed force of one user). --out, of
+    the model only, writes transparency.png, .svg, .csv, .npz, .mat and .json.
 
     Keys of --json: scenario, user, axis (1: x), source (model or measured), admittance_dc (m/N at
     rest), k_felt (its inverse), b_felt (N s/m, pressing, device included); nothing touched:
@@ -61,6 +61,8 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
         text = "a recording is measured along axis 1; ask the model with"
         raise PmwvcError(f"--axis {arguments.axis}: {text} {arguments.scenario}")
     index = names.index(whose)
+    import numpy as np
+
     from pmwvc_analysis.compare.probes import measured_transparency
     from pmwvc_analysis.models.linear import NonlinearError
     from pmwvc_analysis.models.linearize import build
@@ -68,7 +70,7 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_analysis.traces.felt import felt, felt_words
     from pmwvc_analysis.transparency.answer import answer, sentences
     from pmwvc_analysis.transparency.frequency import response
-    from pmwvc_analysis.transparency.measured import measure, pattern
+    from pmwvc_analysis.transparency.measured import measure, require_alone
     from pmwvc_analysis.transparency.pressing import pressing
     from pmwvc_analysis.transparency.transparency import transparency
     from pmwvc_core.simulation.session import simulate_one
@@ -88,18 +90,12 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
     if (own := {user.name: user for user in traces.users}.get(whose)) is None:
         raise PmwvcError(f"{folder}: no trace of {whose} was recorded")
     if recorded:
+        require_alone(scenario, index)
         measured = measure(own, scenario.users[index])
-        factors = pattern(traces.users, scenario, index)
-    if measured is not None and found.source == "model":
-        steady = pressing(scenario, index)
-        forces = 0.0 * steady
-        forces[:, 0] = factors
-        if (forces != steady).any():
-            shares = f"per N of {whose}: {', '.join(f'{f:.3g}' for f in factors)}."
-            how = "Measured and modelled beside it: with the forces of the session,"
-            found.notes.append(f"{how} {shares}")
-        at_hz = measured.frequency_hz
-        model = response(build(scenario, live=live), at_hz, user=index, forces=forces)
+        if found.source == "model":
+            if np.count_nonzero(pressing(scenario, index)) > 1:
+                found.notes.append(f"Measured and modelled beside it: {whose} pushes alone.")
+            model = response(build(scenario, live=live), measured.frequency_hz, user=index)
     result = answer(scenario.name, found, measured, model)
     result["felt"] = felt(traces, own, scenario)._asdict()
     words = f"{whose}, {'recorded' if recorded else 'simulated'}: {felt_words(result['felt'])}"

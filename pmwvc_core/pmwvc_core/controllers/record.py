@@ -130,7 +130,6 @@ class Controller(Record):
     params: type | None = None
     # from the state of either law, the accounts that it keeps [J], in the order of ``accounts``
     energies: Callable[[Any], tuple[float, ...]] = lambda s: ()
-    drifts: bool = False  # for older records: the exact model finds uniform motions by itself
     rule: Rule | None = None  # for tuning; None without parameters of its own
     # energy that the two ends of a user hold at the start by their parameters [J]
     storage_j: Callable[[MasterParams, BaselineParams], float] = lambda master, baseline: 0.0

@@ -20,8 +20,7 @@ from pmwvc_core.law.channel.packet import Packet, Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, left, port_shown, scene_energies, sum_j
 from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
-from pmwvc_core.made.server import alike, changed_server, resting_server, server_params
-from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.made.server import changed_server, port_impedance, resting_server, server_params
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import offset, task_of
@@ -120,9 +119,10 @@ class ServerEnd(PortEnd):
         """Take other parameters of a user's contact, port and sender over."""
         self._users[user] = dataclasses.replace(self._users[user], contact=contact)
         e = self.s.environment
-        law = contact.contact_stiffness, contact.contact_damping, made_impedance(impedance)
+        b = port_impedance(impedance, self._users, self._session.dof)
+        law = contact.contact_stiffness, contact.contact_damping, b
         port, lost_j = changed_port(e.ports[user], *law)
-        ports = alike((*e.ports[:user], port, *e.ports[user + 1 :]), self._users)
+        ports = (*e.ports[:user], port, *e.ports[user + 1 :])
         e = e._replace(ports=ports, dissipated_j=e.dissipated_j + lost_j)
         self.s = self.s._replace(environment=e)
         p = self._made(self.p.period_s)

@@ -28,7 +28,7 @@ from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
-from pmwvc_core.unrolled import members, unrolled
+from pmwvc_core.unrolled import unrolled
 
 
 class UserEnd(PortEnd):
@@ -175,8 +175,8 @@ class DevicePlant:
         self.hand, self._of_hand = hand
         self._take: Callable[[], Sequence[Target]] | None = None
         self._axes, self._f_h = len(start), zero(start)
-        self._device_step = unrolled(device_step, self._axes)
-        self._hand_laws = members(hand_force, self._axes)
+        laws = device_step, hand_force
+        self._device_step, self._hand_force = (unrolled(law, self._axes) for law in laws)
         self.sample = DeviceSample(value(self.s.read_x), value(self.s.read_xd), work=(0.0, 0.0))
 
     @property
@@ -186,7 +186,7 @@ class DevicePlant:
         return hand if isinstance(hand, RemoteHand) else None
 
     def listen(self, take: Callable[[], Sequence[Target]]) -> None:
-        """Have a hand ``from_outside`` follow the targets that a call returns, new ones each."""
+        """Have a remote hand follow the targets that a call returns, new ones each."""
         self.hand, self._of_hand, self._take = self.hand.hand, self._of_hand.hand, take
 
     def sense(self, acts: bool) -> DeviceSample:
@@ -195,8 +195,8 @@ class DevicePlant:
         for target in self._take() if self._take else ():
             wanted = math.nan if target is None else target
             hand = remote_target(hand, vector(wanted, self._axes))
-        law = self._hand_laws[type(hand)]
-        self.hand, self._f_h = law(hand, self.s.x, self.s.xd, acts, self._of_hand)
+        of_device = self.s.x, self.s.xd, acts, self._of_hand
+        self.hand, self._f_h = self._hand_force(hand, *of_device)
         self.sample.f_h = value(self._f_h)
         return self.sample
 

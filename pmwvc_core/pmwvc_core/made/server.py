@@ -26,7 +26,6 @@ from pmwvc_core.law.server.coupling import Implicit, weights
 from pmwvc_core.law.server.server_port import EnvironmentParams, SharedScene, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
-from pmwvc_core.law.wave import wave
 from pmwvc_core.law.wave.following import FREE
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
 from pmwvc_core.made.user import arrivals_params, end_law, packing_params, values_of
@@ -38,7 +37,7 @@ from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
-from pmwvc_core.server.environments import PLUGINS, environment_of
+from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
 
@@ -130,21 +129,16 @@ def _contacts(users: Sequence["scenarios.User"], session: Any) -> list[Contact]:
 
 
 def are_coupled(users: Sequence["scenarios.User"]) -> bool:
-    """Tell whether any impedance of the server couples the axes."""
-    return any(isinstance(user.server_impedance, MatrixImpedance) for user in users)
+    """Tell whether an impedance matrix, which is fixed, couples the axes of any user."""
+    ends = (end for user in users for end in (user.master, user.contact))
+    return any(end.impedance_matrix.strip() for end in ends)
 
 
-def alike(ports: Sequence[UserPort], users: Sequence["scenarios.User"]) -> tuple[UserPort, ...]:
-    """Return ports with impedances of one kind: a number is a matrix while any user's is one."""
-    coupled, like = are_coupled(users), []
-    for port in ports:
-        b, axes = port.avatar.impedance, len(port.x_s)
-        if coupled and isinstance(b, wave.Impedance):
-            b = made_impedance(MatrixImpedance(np.full(axes, b.b), np.eye(axes)))
-        elif not coupled and isinstance(b, wave.ImpedanceMatrix):
-            b = made_impedance(b.b[0][0])
-        like.append(port._replace(avatar=port.avatar._replace(impedance=b)))
-    return tuple(like)
+def port_impedance(b: Any, users: Sequence["scenarios.User"], axes: int) -> Any:
+    """Return the impedance of a port for the laws: a matrix also of a number, if any is one."""
+    if are_coupled(users) and not isinstance(b, MatrixImpedance):
+        b = MatrixImpedance(np.full(axes, b), np.eye(axes))
+    return made_impedance(b)
 
 
 def changed_server(s: SharedScene, p: ServerStepParams, q: ServerStepParams) -> SharedScene:
@@ -163,20 +157,34 @@ def _resting_box(
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
     axes, server, name = session.dof, session.server, session.server.environment
     rest = (0.0,) * axes
-    if made := environment_of(name).made:
-        state, _ = made(server, contacts, axes)
+    record = environment_of(name)
+    if record.made:
+        state, _ = record.made(server, contacts, axes)
     else:
+        assert record.outside is not None
         sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
         values = getattr(session.own, name, None)
         setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        state = Outside(PLUGINS.make(name, setup), deque(), call, faults, absent)
+        environment = record.outside(setup)
+        if hasattr(environment, "meet"):
+            _require_meeting(server, users)
+        state = Outside(environment, deque(), call, faults, absent)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     seen = tuple(
         Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least
     )
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
     return BoxState(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
+
+
+def _require_meeting(server: ServerParams, users: Sequence["scenarios.User"]) -> None:
+    """Refuse what an environment that answers an impedance cannot do, with a ParameterError."""
+    where = f"server.environment = {server.environment!r} answers an impedance"
+    if server.integrator != "backward_euler":
+        raise ParameterError(f"{where}: set server.integrator = backward_euler")
+    if are_coupled(users):
+        raise ParameterError(f"{where}, one number for all axes: remove impedance_matrix")
 
 
 def resting_server(
@@ -194,7 +202,7 @@ def resting_server(
             kept = record.avatar_rest(values_of(user, record), axes)
         if record.avatar is not None:
             kept = Kept(kept, kept)
-        b = made_impedance(user.server_impedance)
+        b = port_impedance(user.server_impedance, users, axes)
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down, 1.0))
         rules = guest.arrivals
@@ -203,5 +211,5 @@ def resting_server(
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = _resting_box(users, session, contacts, call)
-    environment = SharedScene(alike(ports, users), body, 0.0, 0)
+    environment = SharedScene(tuple(ports), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

@@ -1,12 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """A user's force loop, made from a scenario, at rest, and its parameters that change in flight, at
-a frame start: what is in ``GOES_ON`` at any time, as waves carry the same power whatever the
-impedance. Another filter, hold or velocity filter starts at zero: what the old one held is lost,
-never gained. Sums of energy go on.
+a frame start: at any time, as waves carry the same power whatever the impedance. Filters stay, and
+sums of energy go on.
 """
 
-import dataclasses
 from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
@@ -18,7 +16,7 @@ from pmwvc_core.law.channel.packet import LATENESSES, Deadband, Packing, no_pack
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
-from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
+from pmwvc_core.law.port.port_filters import FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
 from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, LimitsParams
@@ -33,8 +31,6 @@ from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 NEVER = 1 << 62  # ticks
 ROUNDING = 1e-9  # of times, relative
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
-# What may change without a new beginning of what is around the port.
-GOES_ON = ("impedance", "position", "bank", "local_model", "rate_drop", "deadband")
 
 
 def values_of(user: "scenarios.User", record: Controller) -> Any:
@@ -135,8 +131,7 @@ def changed_user(
     """
     (rest, q), port, of_port, arrivals = made, s.port, p.port, s.arrivals
     if new.master is not old.master:
-        of = port, of_port, rest.port, q.port
-        port, of_port = _changed_port(*of, old.master, new.master)
+        port, of_port = _changed_port(port, of_port, rest.port, q.port, new.master)
     timeout_s = q.arrivals.timeout_s
     if new.safety is not old.safety:
         silence = arrivals.silence
@@ -150,43 +145,25 @@ def changed_user(
 
 
 def _changed_port(
-    port: Any, was: Any, rest: Any, wanted: Any, old: MasterParams, new: MasterParams
+    port: Any, was: Any, rest: Any, wanted: Any, new: MasterParams
 ) -> tuple[Any, Any]:
     """Return a port that goes on with other parameters of its master, and its parameters."""
     if not hasattr(wanted, "filters"):
         return port, wanted
-    kept = {name: getattr(old, name) for name in GOES_ON}
-    anew = dataclasses.replace(new, **kept) != old
+    if isinstance(wanted.filters, FilteredParams):  # designed for the rate drop of the start
+        filters, q = port.filters, wanted.filters._replace(near=was.filters.near)
+        if isinstance(far := filters.far, Bank):
+            local = changed_local(far.local, was.filters.far.local, q.far.local)
+            filters = filters._replace(far=far._replace(local=local))
+        port, wanted = port._replace(filters=filters), wanted._replace(filters=q)
     strict = isinstance(wanted, StrictMasterParams)
-    of = was.filters, wanted.filters, rest.filters
-    filters, of_filters = _changed_filters(port.filters, *of, anew=anew)
-    position, of_position = port.position, wanted.position
-    if isinstance(position, Nothing):
-        position = rest.position
+    if isinstance(port.position, Nothing):
+        port = port._replace(position=rest.position)
     else:
         of_position = position_params(new, wanted.impedance, strict=strict)
-    port = port._replace(filters=filters, position=position)
-    wanted = wanted._replace(filters=of_filters, position=of_position)
+        wanted = wanted._replace(position=of_position)
     if strict:
-        lends = not isinstance(position, Nothing)
-        return port, wanted._replace(lends=lends, lent_j=of_position.lent_j if lends else 0.0)
-    if anew:
-        return port._replace(hold=rest.hold, filter=rest.filter), wanted
-    return port, wanted._replace(filter=was.filter, hold_ticks=was.hold_ticks, frame_s=was.frame_s)
-
-
-def _changed_filters(s: Any, p: Any, q: Any, rest: Any, *, anew: bool) -> tuple[Any, Any]:
-    """Return the filters of a port and their parameters; which there are never changes."""
-    if not isinstance(q, FilteredParams):
-        return s, q
-    near, far = s.near, s.far
-    if not anew:
-        q = q._replace(near=p.near)
-    elif hasattr(near, "kept_j"):
-        near = rest.near._replace(kept_j=near.kept_j)  # at rest, but it goes on counting
-    if isinstance(far, Bank):
-        local = changed_local(far.local, p.far.local, q.far.local)
-        if q.far[:4] != p.far[:4]:  # another split starts at zero
-            far = rest.far._replace(energies=far.energies)
-        far = far._replace(local=local)
-    return Filtered(near, far, s.held, s.gains), q
+        lends = not isinstance(port.position, Nothing)
+        lent_j = wanted.position.lent_j if lends else 0.0
+        wanted = wanted._replace(lends=lends, lent_j=lent_j)
+    return port, wanted

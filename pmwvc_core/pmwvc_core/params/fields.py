@@ -36,7 +36,7 @@ class Spec:
     """The declaration of one parameter: ``kind`` of a value (``float``, ``int``, ``bool``,
     ``str``), ``optional``: or ``None``; exclusive bounds ``above``/``below``, inclusive
     ``low``/``high``; names allowed, by ``choices`` and ``plugins``; ``read_only``: fixed when a
-    node starts. Above ``usual`` a value in seconds is meant in milliseconds more often.
+    node starts.
     """
 
     kind: type
@@ -50,7 +50,6 @@ class Spec:
     read_only: bool = False
     description: str = ""
     plugins: Callable[[], Collection[str]] = tuple
-    usual: float | None = None
     default: Any = None  # NO_DEFAULT where a value has to be given
 
     def range_text(self) -> str:
@@ -117,7 +116,7 @@ _BOUND = re.compile(
 
 def parameter(
     default: float | int | bool | str | None, allowed: str | tuple[str, ...], description: str, *,
-    kind: type | None = None, group: str = "", read_only: bool = False, usual: float | None = None,
+    kind: type | None = None, group: str = "", read_only: bool = False,
 ) -> Any:  # fmt: skip
     """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
     ``allowed`` is range and unit as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
@@ -126,7 +125,7 @@ def parameter(
     """
     kind = kind or (float if default is None else type(default))
     spec = Spec(
-        kind, optional=default is None, read_only=read_only, description=description, usual=usual,
+        kind, optional=default is None, read_only=read_only, description=description,
         plugins=partial(installed, group) if group else tuple, default=default,
         **(_read(allowed, kind) if isinstance(allowed, str) else {"choices": allowed}),
     )  # fmt: skip

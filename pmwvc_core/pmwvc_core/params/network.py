@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from pmwvc_core.params.fields import Validated, parameter
 
-USUAL_S = 1.0  # three times the way over a geostationary satellite
-
 
 def _probability(description: str, default: float = 0.0) -> float:
     return parameter(default, "0..1", description)  # type: ignore[no-any-return]
@@ -22,7 +20,7 @@ def _correlation(of: str) -> float:
 class LinkParams(Validated):
     """Network conditions of one direction."""
 
-    delay_s: float = parameter(0.0, "0..60 s", "constant one-way delay", usual=USUAL_S)
+    delay_s: float = parameter(0.0, "0..60 s", "constant one-way delay")
     jitter: str = parameter(
         "uniform",
         (
@@ -33,7 +31,7 @@ class LinkParams(Validated):
         "pareto), mean (gamma) or median (lognormal); table: drawn from a file; trace: "
         "follows it",
     )
-    jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none", usual=USUAL_S)
+    jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none")
     jitter_shape: float = parameter(
         0.0,
         "0..100",

@@ -22,10 +22,10 @@ class VelocityFilterParams(Validated):
         ("none", "equivalent", "exact", "complementary"),
         "which form; complementary: with low-pass filters both ways, passive by itself",
     )
-    order: int = parameter(2, "1..8", "order of the high-pass filter")
-    share: float = parameter(0.5, "> 0 and <= 1", "share of the high-pass wave fed back (App. D)")
-    alpha: float | None = parameter(None, "> 0 and < 1", "order 1: pole of (z - 1)/(z - alpha)")
-    cutoff_hz: float | None = parameter(None, "> 0 and <= 10000 Hz", "Butterworth: its -3 dB")
+    order: int = fixed(2, "1..8", "order of the high-pass filter")
+    share: float = fixed(0.5, "> 0 and <= 1", "share of the high-pass wave fed back (App. D)")
+    alpha: float | None = fixed(None, "> 0 and < 1", "order 1: pole of (z - 1)/(z - alpha)")
+    cutoff_hz: float | None = fixed(None, "> 0 and <= 10000 Hz", "Butterworth: its -3 dB")
 
     is_on = lacks("kind", "none")
     in_force = has("kind", "equivalent")  # whether the force is filtered and not the wave
@@ -79,7 +79,7 @@ class BankParams(Validated):
         600.0, "> 0 Hz", "LP2: edge of the stop band; above half the tick rate for the order only"
     )
     low_stop_db: float = fixed(40.0, "> 0 dB", "LP2: attenuation at low_stop_hz")
-    split_rad_s: float = parameter(20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both")
+    split_rad_s: float = fixed(20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both")
 
     is_on = lacks("kind", "none")
     as_published = has("kind", "dissertation")  # not passive by construction

@@ -99,25 +99,22 @@ class FilterParams(Validated):
     A).
     """
 
-    kind: str = parameter(
+    kind: str = fixed(
         "integrate_and_dump", FILTER_KINDS, "which filter; integrate_and_dump: the mean of a frame"
     )
-    pole_rad_s: float | None = parameter(None, "> 0 and <= 100000 rad/s", "first order: the pole")
-    cutoff_hz: float | None = parameter(None, "> 0 and <= 10000 Hz", "first order: its -3 dB")
-    stop_hz: float | None = parameter(
+    pole_rad_s: float | None = fixed(None, "> 0 and <= 100000 rad/s", "first order: the pole")
+    cutoff_hz: float | None = fixed(None, "> 0 and <= 10000 Hz", "first order: its -3 dB")
+    stop_hz: float | None = fixed(
         None, "> 0 and <= 10000 Hz", "first order: its -20 dB; Butterworth: edge of the stop band"
     )
-    pass_hz: float = parameter(25.0, "> 0 and <= 10000 Hz", "Butterworth: edge of the pass band")
-    pass_db: float = parameter(20.0, "> 0 and <= 200 dB", "Butterworth: attenuation at pass_hz")
-    stop_db: float = parameter(40.0, "> 0 and <= 200 dB", "Butterworth: attenuation at stop_hz")
-    meet: str = parameter("pass", ("pass", "stop"), "Butterworth: which edge is met exactly")
-    discretisation: str = parameter("bilinear", ("bilinear", "matched"), "Butterworth: sampling")
+    pass_hz: float = fixed(25.0, "> 0 and <= 10000 Hz", "Butterworth: edge of the pass band")
+    pass_db: float = fixed(20.0, "> 0 and <= 200 dB", "Butterworth: attenuation at pass_hz")
+    stop_db: float = fixed(40.0, "> 0 and <= 200 dB", "Butterworth: attenuation at stop_hz")
+    meet: str = fixed("pass", ("pass", "stop"), "Butterworth: which edge is met exactly")
 
     # whether a packet is the mean of its frame: filter and rate drop in one
     means = has("kind", "integrate_and_dump")
     is_on = lacks("kind", "none")
-    # whether the edges of the sampled Butterworth filter are those of a pre-warped one
-    warps = has("discretisation", "bilinear")
 
     def conflicts(self) -> list[str]:
         """Check that the cut-off is given once and used, and that Butterworth edges rise."""
@@ -152,7 +149,7 @@ class MasterParams(Validated):
         8, "1..1000", "ticks per packet, M; changes while running on the strict channel only"
     )
     tick_s: float = fixed(0.001, "0.0001..0.02 s", "period of the force loop, T_c")
-    hold: str = parameter("foh", ("zoh", "foh"), "returning wave in a frame (foh: delayed ramp)")
+    hold: str = fixed("foh", ("zoh", "foh"), "returning wave in a frame (foh: delayed ramp)")
     store_j: float = fixed(0.01, "0..0.1 J", "E0 of the playout, lent once (strict channel)")
     filter: FilterParams = group(FilterParams)
     velocity_filter: port_filters.VelocityFilterParams = group(port_filters.VelocityFilterParams)

@@ -55,7 +55,7 @@ class ServerParams(Validated):
         "cube",
         "-",
         "cube: the shared object; wall: does not move; with coupling = unknown also "
-        "wall_with_slope, hunt_crossley, active_wall, or a plug-in by its name",
+        "wall_with_slope, hunt_crossley, active_wall, mujoco, or a plug-in by its name",
     )
     period_s: float = parameter(
         0.008, "0.001..1 s", "time step, T_VE; changes while running on the strict channel only"
@@ -80,6 +80,12 @@ class ServerParams(Validated):
     allowance_w: float = fixed(0.0, ">= 0 W", "ledger: largest power of an active environment")
     allowance_j: float = fixed(0.0, ">= 0 J", "ledger: largest energy of an active environment")
     tank_cap_j: float = fixed(0.25, ">= 0 J", "ledger: most kept where none is reported")
+    scene: str = fixed("", "-", "environment mujoco: the scene, an MJCF file")
+    finger_m: float = fixed(0.01, "> 0 m", "radius of a user's finger in a scene")
+    handles: str = fixed(
+        "", "-", "bodies of the scene that users hold, by commas, in place of fingers"
+    )
+    settle: bool = fixed(False, "-", "let a scene fall for 2 s first, where bodies overlap")
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
 

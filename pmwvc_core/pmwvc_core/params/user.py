@@ -111,31 +111,24 @@ class OperatorParams(Validated):
     grip_stiffness: float = parameter(375.0, ">= 0 N/m", "hand, remote: stiffness of the grip")
     grip_damping: float = parameter(7.9, ">= 0 N s/m", "hand, remote: damping of the grip")
     squeeze: float = parameter(1.0, ">= 0 N", "hand, remote: force that holds a gripped object")
-    file: str = fixed("", "-", "playback, remote: CSV or NPY (remote: targets; empty: the task's)")
-    columns: str = fixed(
-        "", "-", "playback, remote: columns by name or number (from 0), by commas"
-    )
-    time_column: str = fixed("", "-", "playback, remote: column of the time [s] (empty: rate_hz)")
+    file: str = fixed("", "-", "playback: CSV or NPY")
+    columns: str = fixed("", "-", "playback: columns by name or number (from 0), by commas")
+    time_column: str = fixed("", "-", "playback: column of the time [s] (empty: rate_hz)")
     rate_hz: float = parameter(1000.0, "> 0 Hz", "playback: rate without a time column")
-    scale: float = parameter(1.0, "SI per unit of the file", "playback, remote: factor to N or m")
-    offset: float = parameter(0.0, "N or m", "playback, remote: added after scaling")
+    scale: float = parameter(1.0, "SI per unit of the file", "playback: factor to N or m")
+    offset: float = parameter(0.0, "N or m", "playback: added after scaling")
     fade_s: float = parameter(0.2, ">= 0 s", "playback: fade in and out")
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
     remote: RemoteHandParams = group(RemoteHandParams)
 
     is_hand = has("kind", "hand")  # simulated, does the session's task
-    is_remote = has("kind", "remote")  # simulated, follows targets as they come
+    is_remote = has("kind", "remote")  # simulated; live its targets come from outside
     is_sinusoid = has("kind", "sinusoid")  # a force of one frequency
     is_chirp = has("kind", "chirp")  # a force of sweeping frequency
     has_arm = has("kind", "hand", "remote")  # on the device, follows a target
     answers = has("kind", "hand", "remote", "playback_motion")  # with a force, to the motion
     is_free = lacks("kind", "none", "hand")  # moves as it likes
     is_recorded = has("kind", "playback_force", "playback_motion")
-
-    @property
-    def from_outside(self) -> bool:
-        """Whether its targets come from outside the session."""
-        return self.is_remote and not self.file
 
 
 @dataclass(frozen=True)
@@ -152,6 +145,7 @@ class TaskParams(Validated):
     move_s: float = parameter(4.0, ">= 0 s", "time at which the target starts to move")
     distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
     sideways_m: float = parameter(0.0, "m", "and meanwhile along the second axis (dof > 1)")
+    upwards_m: float = parameter(0.0, "m", "likewise along the third axis (dof > 2)")
     move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
     rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")
 

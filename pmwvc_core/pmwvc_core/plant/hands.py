@@ -53,31 +53,13 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
 
 
 def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return a hand that does the task, or has the targets of a file: a row has the time [s] from
-    coupling on, and the position [m] on one axis or on each; ``nan`` lets go.
-    """
-    hand, p = remote_hand.resting_remote(at.start), remote_hand.remote_params(params, at.tick_s)
-    if not params.file:
-        inside = params.squeeze / params.remote.stiffness
-        pressed = at.along(at.side * (at.half_width_m - inside))
-        every = max(1, round(remote_hand.POINTER_S / at.tick_s))
-        the_task = task_of(task, at.axes)
-        pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
-        return remote_hand.TaskHand(hand, 0), pointer
-    if not params.time_column:
-        raise RecordingError(
-            f"{params.file}: operator.time_column is empty; a remote hand needs the times of its "
-            "targets: name their column"
-        )
-    values, times = read_columns(params, dof=at.axes)
-    if not np.isfinite(times).all() or np.any(np.diff(times) < 0.0):
-        raise RecordingError(
-            f"{params.file}: {params.time_column} must be finite and must not go back"
-        )
-    ticks = np.ceil(times / at.tick_s - 1e-6).astype(int)
-    rows = forces.rows_of(params.scale * values + params.offset, at.axes)
-    table = remote_hand.TableParams(p, ticks, rows, tuple(range(at.axes)), False)
-    return remote_hand.TableHand(hand, 0, 0), table
+    """Return a remote hand that does the task."""
+    inside = params.squeeze / params.remote.stiffness
+    pressed = at.along(at.side * (at.half_width_m - inside))
+    every = max(1, round(remote_hand.POINTER_S / at.tick_s))
+    p, the_task = remote_hand.remote_params(params, at.tick_s), task_of(task, at.axes)
+    pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
+    return remote_hand.TaskHand(remote_hand.resting_remote(at.start), 0), pointer
 
 
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:

@@ -77,10 +77,11 @@ def conflicts(scenario: "Scenario") -> list[str]:
             f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s "
             f"(it is {period / tick:.6g} ticks)"
         )
-    if scenario.task.sideways_m and scenario.dof == 1:
-        found.append(
-            f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
-        )
+    for axis, name in enumerate(("sideways_m", "upwards_m"), 2):
+        way_m = getattr(scenario.task, name)
+        if way_m and scenario.dof < axis:
+            axes = "one axis" if scenario.dof == 1 else "two axes"
+            found.append(f"task.{name} = {way_m}: there is {axes} only; raise dof")
     silence_s = scenario.times.timeout_s
     for user in scenario.users:
         if zeroing and not math.isclose(period, user.master.frame_s):

@@ -85,20 +85,6 @@ def value_of(scenario: Scenario, name: str) -> float | None:
     return None if "." not in path or value is None or isinstance(value, str) else float(value)
 
 
-def doubts(scenario: Scenario) -> list[str]:
-    """Return in words the values that are allowed but unusual, each once, with its first name."""
-    found: dict[float, str] = {}
-    for user in scenario.users:
-        for name, (spec, path, of_user) in PARAMETERS.items():
-            if not of_user or spec.usual is None:
-                continue
-            value = attrgetter(path)(user)
-            text = f"{value:g} s: longer than on any network on Earth; {value:g} ms is"
-            if value > spec.usual:
-                found.setdefault(value, f"{user.name}.{name} = {text} {value / 1e3:g}")
-    return list(found.values())
-
-
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:
     """Return the scenario with a value, or a column ``(runs, 1)``; else ScenarioError."""
     number, leaves = resolved(name)

@@ -21,11 +21,12 @@ from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
 PRESET_NAME = re.compile(r"(user[1-9]\d*\.|)(?:(master)|link(?:\.\*|\.(up|down)|))\.preset")
 
-# Recordings of before have them: with other values links did what they no longer do.
+# Recordings of before have them: with other values sessions did what they no longer do.
 GONE = re.compile(
-    r"(user[1-9]\d*\.)?link\.(up\.|down\.)?"
-    "(mode|markov_p[1-4]+|reorder_gap|rate_cell_(overhead_)?bytes|slot_(packets|bytes))"
-    r"|(user[1-9]\d*\.)?master\.local_model\.kind"
+    r"(user[1-9]\d*\.)?("
+    r"master\.(local_model\.kind=spring_damper|filter\.discretisation=bilinear)"
+    r"|link\.(up\.|down\.)?(mode=exact"
+    r"|(markov_p\d+|reorder_gap|rate_cell_(overhead_)?bytes|slot_(packets|bytes))=[01](\.0)?))"
 )
 
 
@@ -64,7 +65,7 @@ class _Values:
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
         """Sort values into shared and users'; a common override replaces single users'."""
         for name, value in self._without_presets(values).items():
-            if GONE.fullmatch(name) and value in ("exact", "spring_damper", 0, 1):
+            if GONE.fullmatch(f"{name}={value}"):
                 continue
             try:
                 number, leaves = resolved(name)

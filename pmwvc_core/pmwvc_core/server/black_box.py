@@ -20,11 +20,13 @@ from pmwvc_core.law.black_box.black_box import BlackBoxParams
 from pmwvc_core.law.black_box.touched import Reply, Vectors, exchange, solved_line, visited
 from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.law.wave.wave import rooted
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.contained import LARGEST_N, signal
 
+ROUNDING = 1e-12
 R = TypeVar("R")
 Call: TypeAlias = Callable[[Callable[[], Any]], Any]
 
@@ -48,6 +50,12 @@ class EnvironmentSetup:
 
 class BlackBox(Protocol):
     """All that an environment must have, with forces that act from the avatars on it.
+
+    ``meet(drive, impedance, dt) -> velocity``
+        In place of ``step``: go on by ``dt`` [s] with the ports as part of the equations, which
+        push with ``drive - impedance * velocity`` [N]. ``drive`` is ``(users, dof)`` [N],
+        ``impedance`` ``(users,)`` [N s/m]; return the mean velocities ``(users, dof)`` [m/s], by
+        which the avatars move. Such a loop has no delay and no bound.
 
     Besides it may have:
 
@@ -112,7 +120,14 @@ def _answer(
     """
     while s.pending:
         s.pending.popleft()()
-    environment = s.environment
+    environment, h = s.environment, p.body.period_s
+    if hasattr(environment, "meet"):
+        drive = np.array([rooted(a.impedance, a.u) for a in avatars])
+        impedance = np.array([a.impedance.b for a in avatars])
+        velocity = signal(environment.meet(drive, impedance, h), start.shape, "meet")
+        force = drive - impedance[:, np.newaxis] * velocity
+        force[np.abs(force) < ROUNDING * np.abs(drive)] = 0.0
+        return _replied(environment, velocity, force, True)
     if hasattr(environment, "local"):
         line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
         force, slope = (signal(each, start.shape, "local") for each in line)
@@ -122,11 +137,17 @@ def _answer(
         velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
     position = start + p.new_s * velocity
     position.flags.writeable = velocity.flags.writeable = False
-    force = signal(environment.step(position, velocity, p.body.period_s), start.shape)
+    force = signal(environment.step(position, velocity, h), start.shape)
+    return _replied(environment, velocity, force, False)
+
+
+def _replied(
+    environment: BlackBox, velocity: Array, force: Array, solved: bool
+) -> tuple[Reply, Iterable[bool]]:
     good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
     forces = _rows(np.where(good, force, np.nan))
-    stored_j, (x, xd) = _stored_j(environment), _shown(environment, start.shape[1:])
-    return Reply(True, _rows(velocity), forces, stored_j, x, xd), ~good[:, 0]
+    stored_j, (x, xd) = _stored_j(environment), _shown(environment, force.shape[1:])
+    return Reply(True, _rows(velocity), forces, stored_j, x, xd, solved), ~good[:, 0]
 
 
 @exchange.member(Outside)
@@ -136,7 +157,7 @@ def _exchange(
 ) -> tuple[Outside, Reply]:  # fmt: skip
     ask = partial(_answer, s, avatars, np.array(starts), np.array(velocities), p)
     rest = zero(starts[0])
-    damper = Reply(False, velocities, starts, -1.0, rest, rest)
+    damper = Reply(False, velocities, starts, -1.0, rest, rest, False)
     reply, bad = s.faults.guarded(partial(s.call, ask), (damper, ()))
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply

@@ -8,6 +8,7 @@ imported only when it is made.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
@@ -16,6 +17,7 @@ from pmwvc_core.law.motion import Body, body_law
 from pmwvc_core.law.server.contacts import Contact
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import PluginGroup, Record
+from pmwvc_core.server.black_box import EnvironmentSetup
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +28,8 @@ class Environment(Record):
     # families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by; None for
     # one of another package
     made: Callable[[ServerParams, Sequence[Contact], int], tuple[Any, Any]] | None = None
+    # or made when it is asked for: an object as in :class:`pmwvc_core.server.black_box.BlackBox`
+    outside: Callable[[EnvironmentSetup], Any] | None = None
     known: bool = False  # whether every coupling knows its equations; else a black box only
     noun: str = "the object"  # that users touch, in reports
     movable: bool = False  # whether it is an object that moves freely (``server.object_mass``)
@@ -63,6 +67,12 @@ def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
     return SoftBody(dents, Body(rest, rest)), SoftBodyParams(soft.exponent, soft.damping, face_m)
 
 
+def _scene(setup: EnvironmentSetup) -> Any:
+    from pmwvc_core.scenes.mujoco_scene import MujocoScene
+
+    return MujocoScene(setup)
+
+
 CUBE = Environment(
     name="cube", made=_cube, linear="cube", known=True, noun="the cube", movable=True
 )
@@ -86,15 +96,22 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
     own_energy=lambda p: "its environment is driven" if p.active_wall.amplitude_m > 0.0 else "",
 )
 
+MUJOCO = Environment(
+    name="mujoco",
+    outside=_scene,
+    contact_law=False,
+    own_energy=lambda p: "a scene may fall, or be driven",
+)
 
 LIBRARY: Mapping[str, Environment] = {
-    record.name: record for record in (CUBE, WALL, WALL_WITH_SLOPE, HUNT_CROSSLEY, ACTIVE_WALL)
+    record.name: record
+    for record in (CUBE, WALL, WALL_WITH_SLOPE, HUNT_CROSSLEY, ACTIVE_WALL, MUJOCO)
 }
 PLUGINS = PluginGroup(
     "pmwvc.environments",
     "server.environment",
     "an environment",
-    calls=("step",),
+    calls=("step or meet",),
     own=tuple(LIBRARY),
 )
 
@@ -102,7 +119,9 @@ PLUGINS = PluginGroup(
 def environment_of(name: str) -> Environment:
     """Return an environment by name; one of another package has only what holds for any."""
     why = f"whether environment {name!r} has energy of its own is not known"
-    unknown = Environment(name=name, linear="wall", own_energy=lambda params: why)
+    unknown = Environment(
+        name=name, outside=partial(PLUGINS.make, name), linear="wall", own_energy=lambda p: why
+    )
     return LIBRARY.get(name, unknown)
 
 

@@ -16,7 +16,7 @@ Over windows theta = (out - in)/2 up to the asymmetry. A window whose least roun
 than the shortest by 2 e has its middle off by e, by what is usual (the median of e), and twice the
 median scatter of the middles about a line. The drift is every slope that fits all windows so,
 within ``MOST_DRIFT``; where none does, the least delays changed. Jitter: RFC 3550 (6.4.1). Time is
-an argument. Equation: docs/theory.md 13.11.
+an argument. Equation: docs/theory.md 13.9.
 """
 
 from collections.abc import Sequence

@@ -65,13 +65,11 @@ def least_order(
 
 
 def order_of(params: FilterParams, *, tick_s: float) -> int:
-    """Return the least order of an anti-aliasing filter with the attenuations asked for.
-
-    ``bilinear``: that of the sampled filter. With a stop edge at or above half the tick rate, and
-    for ``matched``, that of the analogue one.
+    """Return the least order of an anti-aliasing filter with the attenuations asked for: of the
+    sampled one, or with a stop edge at or above half the tick rate of the analogue one.
     """
     assert params.stop_hz is not None  # a Butterworth filter has one
-    warp_s = tick_s if params.warps and params.stop_hz * tick_s < 0.5 else None
+    warp_s = tick_s if params.stop_hz * tick_s < 0.5 else None
     losses = params.pass_hz, params.pass_db, params.stop_hz, params.stop_db
     return least_order(*losses, warp_s=warp_s)
 
@@ -95,11 +93,6 @@ def bilinear_sections(order: int, cutoff_rad_s: float, tick_s: float, side: str 
     return _sections((1.0 + poles) / (1.0 - poles), -1.0 if side == "low" else 1.0)
 
 
-def matched_sections(order: int, cutoff_rad_s: float, tick_s: float) -> Array:
-    """Return the sections of the low-pass filter with the poles exp(s T), without zeros."""
-    return _sections(np.exp(tick_s * _analogue_poles(order, cutoff_rad_s, "low")), None)
-
-
 def _analogue_poles(order: int, cutoff_rad_s: float, side: str) -> NDArray[np.complex128]:
     """Return the poles [rad/s] with positive imaginary part, best damped first; of an odd order
     the real one is among them.
@@ -111,11 +104,11 @@ def _analogue_poles(order: int, cutoff_rad_s: float, side: str) -> NDArray[np.co
     return np.asarray(cutoff_rad_s * unit if side == "low" else cutoff_rad_s / unit.conj())
 
 
-def _sections(poles: NDArray[np.complex128], zero: float | None) -> Array:
+def _sections(poles: NDArray[np.complex128], zero: float) -> Array:
     """Return sections with these poles, all zeros at one place, and unit gain opposite to it."""
     sos, signs = [], np.array([1.0, -1.0, 1.0]) if zero == 1.0 else np.ones(3)
     for pole in poles:
-        above = np.array([1.0, 0.0, 0.0] if zero is None else [1.0, -2.0 * zero, 1.0])
+        above = np.array([1.0, -2.0 * zero, 1.0])
         below = np.array([1.0, -2.0 * pole.real, abs(pole) ** 2])
         if pole.imag == 0.0:
             above, below = np.array([1.0, 0.5 * above[1], 0.0]), np.array([1.0, -pole.real, 0.0])
@@ -131,10 +124,7 @@ def half_power_hz(params: FilterParams, *, tick_s: float) -> float:
         return pole_of(params) / (2.0 * math.pi)
     if params.kind != "butterworth":
         return math.inf
-    cutoff = _analogue_cutoff_rad_s(params, tick_s)
-    if params.warps:
-        return math.atan(cutoff * tick_s / 2.0) / (math.pi * tick_s)
-    return cutoff / (2.0 * math.pi)
+    return math.atan(_analogue_cutoff_rad_s(params, tick_s) * tick_s / 2.0) / (math.pi * tick_s)
 
 
 def design(params: FilterParams, *, tick_s: float) -> Array:
@@ -143,11 +133,9 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     First order: exact under a held input, y+ = p y + (1-p) u with p = exp(-a T_c).
 
     Butterworth: the least order that has both attenuations (:func:`order_of`), scaled so that the
-    edge named by ``meet`` is met exactly, which leaves something over at the other one.
-    ``bilinear`` is pre-warped at that edge, so the sampled filter meets it; ``matched`` maps the
-    analogue poles by z = exp(s T_c), without zeros and with unit gain at rest, so it is the
-    analogue filter that meets it. ParameterError where ``bilinear`` is to meet an edge that is not
-    below half the tick rate.
+    edge named by ``meet`` is met exactly, which leaves something over at the other one. It is
+    pre-warped at that edge, so the sampled filter meets it. ParameterError where an edge is to be
+    met that is not below half the tick rate.
     """
     if params.kind == "first_order":
         p = math.exp(-pole_of(params) * tick_s)
@@ -155,7 +143,7 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     if params.kind != "butterworth":
         return np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])  # changes nothing
     cutoff, order = _analogue_cutoff_rad_s(params, tick_s), order_of(params, tick_s=tick_s)
-    return (bilinear_sections if params.warps else matched_sections)(order, cutoff, tick_s)
+    return bilinear_sections(order, cutoff, tick_s)
 
 
 def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
@@ -163,12 +151,12 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
     edge_hz, loss_db = params.pass_hz, params.pass_db
     if params.meet == "stop" and params.stop_hz is not None:
         edge_hz, loss_db = params.stop_hz, params.stop_db
-    if params.warps and edge_hz * tick_s >= 0.5:
+    if edge_hz * tick_s >= 0.5:
         raise ParameterError(
             f"{params.meet}_hz = {edge_hz}: must be < {0.5 / tick_s:g} Hz, half the tick "
-            f"rate, to be met by a bilinear filter; meet the other edge, or use matched"
+            f"rate, to be met; meet the other edge"
         )
-    edge = warped_rad_s(edge_hz, tick_s) if params.warps else 2.0 * math.pi * edge_hz
+    edge = warped_rad_s(edge_hz, tick_s)
     return _cutoff_rad_s(edge, loss_db, order_of(params, tick_s=tick_s))
 
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The high-pass filter that feeds the outgoing wave back (App. D), for any anti-aliasing filter:
-its design, and its effect on velocity, lag and noise. Its passivity: :mod:`.aliasing`.
+its design, and its effect on velocity and lag. Its passivity: :mod:`.aliasing`.
 
 Unless the parameters give it, the filter follows from H_LP, the response of the anti-aliasing one:
 
@@ -163,18 +163,3 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
         return longer, longer
     answered = float(own.share) * float(fed.imag) / SLOW * tick_s
     return (0.0, -4.0 * answered) if own.in_force else (answered, -answered)
-
-
-def noise_gain(params: MasterParams) -> float:
-    """Return the length of the noise that the difference of a rounded position makes in the
-    force, beside that without a filter (rms; white rounding errors).
-
-    While nothing comes back the velocity is in the force by F_m/(b xd): exact and complementary
-    (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
-    """
-    own, turn = params.velocity_filter, np.arange(16384) / 16384
-    high = sections_response(sections_of(own, params.tick_s, "high"), 2.0 * np.pi * turn)
-    fed = own.share * (high**2 if own.splits else high)
-    gain = 1.0 - 2.0 * fed if own.in_force else (1.0 - fed) / (1.0 + fed)
-    power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2
-    return float(np.sqrt(np.mean(np.abs(gain) ** 2 * power) / 2.0))

@@ -15,7 +15,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeAlias, get_args
+from typing import Any, Literal, Protocol, TypeAlias
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
@@ -29,8 +29,6 @@ __all__ = [
     "STALE_NS", "DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice",
 ]  # fmt: skip
 
-Pacing = Literal["host", "exchange", "device", "event"]
-
 
 @dataclass(frozen=True, slots=True)
 class DeviceInfo:
@@ -40,22 +38,16 @@ class DeviceInfo:
     rendered; the mass decides whether the rendered damping is stable at the tick rate, mass and
     encoder step what the port of the hand may give out where velocities are ``estimated``. They
     are compared with ``device.*``, on which predictions rest.
-
-    ``pacing`` is the owner of the clock: ``host`` (the loop reads and writes), ``exchange`` (one
-    round trip is one tick), ``device`` (a vendor's thread fills a mailbox) or ``event`` (samples
-    come irregularly, as over a topic). The loop watches the age of the samples whatever it is.
     """
 
     model: str
     dof: int  # axes sensed and actuated
-    serial: str = ""
     max_force: float | None = None  # [N] peak, None: not known
     continuous_force: float | None = None  # [N] for as long as one likes
     apparent_mass: float | None = None  # [kg]
     apparent_damping: float | None = None  # [N s/m]
     workspace_m: float | None = None  # half extent [m]
     encoder_step_m: float | None = None  # resolution of the position [m]
-    pacing: Pacing = "host"
     velocity: Literal["measured", "estimated"] = "measured"
     hand_force_known: bool = False
 
@@ -90,9 +82,7 @@ class HapticDevice(Protocol):
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return what is sensed at the tick due at ``due_ns`` (monotonic clock), of replies that
-        wait the newest; never wait longer than a tick.
-
-        The sample may be the same object at every call: use it before the next one.
+        wait the newest; never wait longer than a tick. It may be the same object at every call.
         """
 
     def write(self, f_m: Value) -> None:
@@ -127,7 +117,6 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
     return device
 
 
-PACINGS = get_args(Pacing)
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
 
 
@@ -138,9 +127,6 @@ def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
         value = getattr(info, name)
         if value is not None and not 0.0 < value < math.inf:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
-    if info.pacing not in PACINGS:
-        known = f"must be one of {', '.join(PACINGS)}"
-        raise DeviceError(f"{info.model}: declares pacing = {info.pacing!r}: {known}")
     declared = [f for f in (info.max_force, info.continuous_force) if f is not None]
     return dataclasses.replace(safety, max_force=min([safety.max_force, *declared]))
 

@@ -49,8 +49,8 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     """One device at the library."""
 
     def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
-        kind, models = ForceDimensionParams, FORCE_DIMENSION
-        super().__init__("force_dimension", setup, kind, params, models, "host")
+        kind = ForceDimensionParams
+        super().__init__("force_dimension", setup, kind, params, FORCE_DIMENSION)
         self._x, self._xd = [c_double() for _ in "xyz"], [c_double() for _ in "xyz"]
         self._dhd: dict[str, Callable[..., Any]] = {}
         self._id = -1  # of an open device

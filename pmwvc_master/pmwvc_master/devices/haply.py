@@ -22,7 +22,7 @@ import json
 import math
 import socket
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import monotonic_ns
 from typing import Any
 
@@ -59,7 +59,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
     """One device of the service."""
 
     def __init__(self, setup: DeviceSetup, params: HaplyParams | None = None) -> None:
-        super().__init__("haply", setup, HaplyParams, params, HAPLY, "exchange")
+        super().__init__("haply", setup, HaplyParams, params, HAPLY)
         self._where = f"haply.service = {self._params.service!r}"
         try:
             self._uri = parse_uri(self._params.service)
@@ -118,7 +118,6 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
         centred = "centered" in str(config.get("preset", ""))
         self._centre = ORIGIN if centred else self._profile.centre_m
-        self.info = replace(self.info, serial=self._id)
         settings = {name: config[name] for name in PLANT if name in config}
         self._tell(f"{self._id}, forces as {self._form!r}, limits from {self._profile.source}")
         self._tell(f"settings of the service, unknown to predictions: {json.dumps(settings)}")

@@ -108,7 +108,7 @@ class RosTopicDevice:
         if self._dof > MOST_AXES:
             text = f"poses have {MOST_AXES} axes of motion; set dof = {self._dof} to {MOST_AXES}"
             raise DeviceError(f"device.plugin = 'ros_topic': {text} or less")
-        self.info = DeviceInfo("ROS topics", self._dof, pacing="event", velocity="estimated")
+        self.info = DeviceInfo("ROS topics", self._dof, velocity="estimated")
         self._zero = value((0.0,) * setup.dof)
         start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)

@@ -31,7 +31,7 @@ class SimulatedDevice:
         at = Place(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)
         hand = make_hand(setup.operator, setup.task, at)
         self._plant = DevicePlant(setup.device, hand, at.start, tick_s=at.tick_s)
-        if setup.node is not None and setup.operator.from_outside:
+        if setup.node is not None and setup.operator.is_remote:
             self._plant.listen(HandTopics(setup.node, dof=setup.dof).take)
         self._coupled = False
         self._f_m: Value = 0.0

@@ -17,7 +17,7 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import Validated
 from pmwvc_core.runtime.parameters import declare
-from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup, Pacing
+from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
 
 MOST_AXES = 3
 FARTHEST_M = 1.0  # no hand gets farther from the origin of a device on a desk
@@ -97,7 +97,7 @@ class VendorDevice(Generic[P]):
 
     def __init__(
         self, name: str, setup: DeviceSetup, kind: type[P], params: P | None,
-        models: Mapping[str, Profile], pacing: Pacing,
+        models: Mapping[str, Profile],
     ) -> None:  # fmt: skip
         """Make a device from ``params``; else those that the node was given, or the defaults."""
         node = self._node = setup.node
@@ -105,7 +105,7 @@ class VendorDevice(Generic[P]):
         self._tick_s, self._profile = setup.tick_s, models[p.model]
         self._axes = Axes(f"{name}.axes", p.axes, setup)
         self.info = DeviceInfo(
-            p.model, setup.dof, max_force=self._profile.max_force, pacing=pacing,
+            p.model, setup.dof, max_force=self._profile.max_force,
             workspace_m=self._profile.workspace_m, velocity="estimated",
         )  # fmt: skip
         zero = self._zero = value((0.0,) * setup.dof)

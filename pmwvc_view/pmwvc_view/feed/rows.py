@@ -1,63 +1,87 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of a page from the samples of a session, recorded or running: the newest of each source
-at the times of a grid, and the extremes of the ticks since the row before.
+"""Rows of a session at given times, from its traces: the newest samples, the extremes of ticks,
+the delays of links.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.traces import SessionTraces, UserTraces
 from pmwvc_view.protocol.snapshot import Layout
 
 GONE_S = 0.5
 DELAY_S = 0.5  # over which the delay of a link is the mean
 ROUNDED_S = 1e-9
+SIGNALS = ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")
+AVATAR, OBJECT = ("x_s", "xd_s", "f_s"), ("x_o", "xd_o", "target")
+WAYS = {"up": "up", "down": "down", "hand_port": "hand"}  # column by part of a user's energy
 
 
-class Source(NamedTuple):
-    """When samples were taken [s], and the columns of a row that they fill, with their values
-    ``(samples, ...)``; nothing is known where the newest is older than ``within_s``.
+class Samples(NamedTuple):
+    """Samples of a column: when they were taken [s], and their values ``(samples, ...)``; nothing
+    is known where the newest is older than ``within_s``.
     """
 
+    column: str
     time_s: Array
-    parts: Sequence[tuple[slice, NDArray[Any]]]
+    values: NDArray[Any]
     within_s: float = GONE_S
 
 
-class UserTicks(NamedTuple):
-    """When the ticks of a user were due [s], the force applied ``(tick, dof)`` [N], their lateness
-    [s], and the time of the last one that a row before has shown [s].
-    """
+def samples(traces: SessionTraces) -> Iterator[Samples]:
+    """Yield what rows take from traces."""
+    if (server := traces.server) is not None:
+        for name in OBJECT:
+            yield Samples(f"object.{name}", server.time_s, getattr(server, name))
+        for index, user in enumerate(server.users):
+            for name in (*AVATAR, "contact"):
+                yield Samples(f"{user}.{name}", server.time_s, getattr(server, name)[index])
+            yield Samples(f"{user}.presence", server.time_s, server.state[index])
+    for one in traces.users:
+        for name in SIGNALS:
+            yield Samples(f"{one.name}.{name}", one.time_s, getattr(one, name))
+        yield Samples(f"{one.name}.state", one.block_time_s, one.state)
 
-    user: str
-    time_s: Array
-    f_applied: Array
-    lateness_s: Array
-    shown_s: float = -math.inf
+
+def energies(found: UserEnergy, least_j: Mapping[str, float]) -> Iterator[Samples]:
+    """Yield a user's energies; ``least_j`` are the lowest balances before, by part."""
+    for part, balance in found.parts.items():
+        least = np.minimum.accumulate(balance.balance_j)
+        least = np.minimum(least, min(least_j.get(part, 0.0), 0.0))
+        amounts = balance.energy_in_j, balance.energy_out_j, least
+        for name, values in zip(("in", "out", "min"), amounts, strict=True):
+            column = f"{found.name}.energy_{WAYS[part]}_{name}"
+            yield Samples(column, balance.time_s, values, math.inf)
 
 
 def rows_of(
-    times: Array, layout: Layout, sources: Iterable[Source], ticks: Iterable[UserTicks],
-    links: Sequence[Array],
+    times: Array, layout: Layout, found: Iterable[Samples], users: Iterable[UserTraces],
+    links: Sequence[Array], shown_s: Mapping[str, float] | None = None,
 ) -> Array:  # fmt: skip
     """Return a row at each of some times [s], ``(rows, columns)``; NaN where nothing is known.
-    ``links``: when packets were sent and arrived, ``(packets, 2)`` [s], in the order of snapshots.
+    ``links``: when packets were sent and arrived, ``(packets, 2)`` [s], in the order of snapshots;
+    ``shown_s`` is the last tick of each user that a row before has shown.
     """
     rows = np.full((len(times), layout.size), math.nan)
     rows[:, 1] = times
-    for time_s, parts, within_s in sources:
-        at = newest(time_s, times, within_s=within_s)
-        known = at >= 0
-        at = at[known]
-        for where, values in parts:
-            rows[known, where] = values[at].reshape(-1, where.stop - where.start)
-    for of_user in ticks:
-        _write_extremes(rows, layout, of_user)
+    places: dict[tuple[int, float], Integers] = {}  # by series of times
+    for column, time_s, values, within_s in found:
+        if (where := layout.slices.get(column)) is None:
+            continue  # a server may have had other users
+        key = id(time_s), within_s
+        if key not in places:
+            places[key] = newest(time_s, times, within_s=within_s)
+        known = places[key] >= 0
+        rows[known, where] = values[places[key][known]].reshape(-1, where.stop - where.start)
+    for user in users:
+        _write_extremes(rows, layout, user, (shown_s or {}).get(user.name, -math.inf))
     for index, name in enumerate(layout.users):
         ways = [layout.slices[f"{name}.delay_{way}"] for way in ("up", "down")]
         for way, packets in zip(ways, links[2 * index : 2 * index + 2], strict=True):
@@ -76,23 +100,23 @@ def newest(of: Array, times: Array, *, within_s: float = math.inf) -> Integers:
     return at
 
 
-def _write_extremes(rows: Array, layout: Layout, ticks: UserTicks) -> None:
+def _write_extremes(rows: Array, layout: Layout, user: UserTraces, shown_s: float) -> None:
     """Write the extremes of the ticks that no row has shown yet; those that came after their row
     was made are the next one's.
     """
-    at = newest(ticks.time_s, rows[:, 1])
-    first = newest(ticks.time_s, np.array([ticks.shown_s]))
+    at = newest(user.time_s, rows[:, 1])
+    first = newest(user.time_s, np.array([shown_s]))
     before = np.maximum(np.concatenate([first, at[:-1]]), first)
     some = np.flatnonzero(at > before)
     if not len(some):
         return
     for name, signal, least in (
-        ("f_min", ticks.f_applied, np.minimum),
-        ("f_max", ticks.f_applied, np.maximum),
-        ("lateness", ticks.lateness_s.reshape(-1, 1), np.maximum),
+        ("f_min", user.f_applied, np.minimum),
+        ("f_max", user.f_applied, np.maximum),
+        ("lateness", user.lateness_s.reshape(-1, 1), np.maximum),
     ):
         extremes = least.reduceat(signal[: at[some[-1]] + 1], before[some] + 1, axis=0)
-        rows[some, layout.slices[f"{ticks.user}.{name}"]] = extremes
+        rows[some, layout.slices[f"{user.name}.{name}"]] = extremes
 
 
 def _write_delay(rows: Array, where: slice, packets: Array) -> None:

@@ -9,69 +9,22 @@ a parameter changed at the earliest. Notices beside it tell what explains what i
 """
 
 import math
-from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import server_allowance_j
+from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.verdicts import stability
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import quantity
-from pmwvc_view.feed.balances import WAYS, Worst
-from pmwvc_view.feed.feed import FeedUser
+from pmwvc_view.feed.balances import WAYS
+from pmwvc_view.feed.feed import Feed, FeedUser
 from pmwvc_view.feed.tape import SPAN_S, Tape
-from pmwvc_view.protocol.snapshot import Layout, Snapshot
-
-STALL_S = 0.025  # of a loop: it then skips ticks, and a watchdog of 30 ms may let go
-MOST = 4
-
-
-class Notices:
-    """The newest notices of a session."""
-
-    def __init__(self) -> None:
-        self._texts, self._time_s = deque[str](maxlen=MOST), 0.0
-
-    def texts(self) -> list[str]:
-        """Return the notices, oldest first."""
-        return list(self._texts)
-
-    def watch(self, snapshots: Sequence[Snapshot], layout: Layout) -> None:
-        """Note the stalls of force loops in new snapshots."""
-        for row in (snapshot.row for snapshot in snapshots):
-            self._time_s = float(row[1])
-            for user in layout.users:
-                late_s = float(row[layout.slices[f"{user}.lateness"].start])
-                if late_s > STALL_S:  # not where it is not known
-                    self._note(
-                        f"the machine stalled: the force loop of {user} woke "
-                        f"{1e3 * late_s:.0f} ms late; beyond 30 ms its force and avatar begin anew"
-                    )
-
-    def changed(self, old: Scenario, new: Scenario) -> None:
-        """Note a delay that grows under waves; samples of waves are held meanwhile."""
-        pairs = [
-            (getattr(before, way).delay_s, getattr(after, way).delay_s)
-            for before, after in zip(old.users, new.users, strict=True)
-            for way in ("link_up", "link_down")
-        ]
-        if has_waves(new.controller) and any(after > before for before, after in pairs):
-            longest_s = max(after for _, after in pairs)
-            text = f"the delay grew, to {1e3 * longest_s:.0f} ms"
-            if new.channel == "plain":
-                text += "; meanwhile waves are held, which can generate energy"
-            self._note(text)
-
-    def _note(self, text: str) -> None:
-        self._texts.append(f"At {self._time_s:.1f} s {text}.")
-
 
 JUDGED_S = 1.0  # between two judgements
 LATE_S = 1.0  # newest part, in which a force is at its limit or not
@@ -93,7 +46,7 @@ class Judge:
         """Begin anew: what was before a change of parameters says nothing of what is."""
         self._since_s = self._tape.end_s
 
-    def judge(self, scenario: Scenario, *, live: bool) -> None:
+    def judge(self, scenario: Scenario) -> None:
         """Judge what is new, now and then; the scenario is that of now. What goes on is judged
         over the newer half of what is kept.
         """
@@ -101,7 +54,7 @@ class Judge:
         if now_s < self._judged_s + JUDGED_S:
             return
         self._judged_s, now = now_s, replace(scenario, changes="")
-        traces = self.traces(now, live=live)
+        traces = self.traces(now)
         found = stability.verdict(traces, now, since_s=now_s - 0.5 * SPAN_S)
         unstable = f"{found.instability}: {found.why}" if found.stable is False else ""
         if self.why and not unstable:
@@ -114,14 +67,9 @@ class Judge:
                 self.limited[own.name] = most_n[own.name]
             self.felt[own.name] = felt_words(felt(traces, own, now)._asdict())
 
-    def traces(self, scenario: Scenario, *, live: bool) -> SessionTraces:
-        """Return what is kept."""
-        tape, since_s = self._tape, max(self._since_s, self._tape.end_s - SPAN_S)
-        users = tape.user_traces(since_s)
-        duration_s = max((float(each.time_s[-1]) + each.tick_s for each in users), default=0.0)
-        server = tape.server_traces(since_s, scenario.server.period_s)
-        source, links = "live" if live else "simulated", tape.links(scenario, since_s)
-        return SessionTraces(source, duration_s, users, server, links)
+    def traces(self, scenario: Scenario) -> SessionTraces:
+        """Return what is judged."""
+        return self._tape.judged(scenario, max(self._since_s, self._tape.end_s - SPAN_S))
 
 
 WORDS = ("starting", "coupled", "damping", "fault")
@@ -129,44 +77,38 @@ GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
 
 
 def verdict(
-    users: Mapping[str, FeedUser], judge: Judge, *, storage_j: Mapping[str, float],
-    exact_hands: Sequence[str], notices: Sequence[str], server: Sequence[str] = (),
-    black_box: bool = False,
+    feed: Feed, judge: Judge, scenario: Scenario, *, exact_hands: Collection[str],
+    notices: Sequence[str],
 ) -> dict[str, Any]:  # fmt: skip
     """Return the text message: verdict, level, users, notices, which are what people should know
-    beside the verdict. ``storage_j``: energy that a user's controller was declared to hold at the
-    start [J]. ``exact_hands``: users whose device counts its true motion, as a simulated one does
-    whatever its encoder shows; their account from hand to object is judged. ``server``: what is
-    wrong with its account. ``black_box``: the environment is one, of which its port may withhold
-    what the page does not see.
+    beside the verdict. ``exact_hands``: users whose device counts its true motion, as a simulated
+    one does whatever its encoder shows; their account from hand to object is judged.
     """
-    active = [*_active(users, storage_j, exact_hands), *server]
-    level, sentence = _judged(users, judge, storage_j, exact_hands, active)
-    if black_box and level == GOOD:
+    level, sentence = _judged(feed, judge, scenario, exact_hands)
+    if scenario.coupling.black_box and level == GOOD:
         level, sentence = UNKNOWN, f"{sentence} What its port withholds is judged by the report."
     states = {}
-    for name, user in users.items():
+    for name, user in feed.users.items():
         word = "no data" if user.state is None else WORDS[user.state]
         note = "; ".join(filter(None, (user.kept_apart, _left_out(user))))
-        about = {"state": word, "reason": user.reason, "note": note}
-        states[name] = about | {"felt": judge.felt.get(name, "")}
+        felt_by = judge.felt.get(name, "")
+        states[name] = {"state": word, "reason": user.reason, "note": note, "felt": felt_by}
     why, until_s = judge.was
     earlier = [f"Not stable until {until_s:.0f} s, {why}."] if why else []
     return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
 
 def _judged(
-    users: Mapping[str, FeedUser], judge: Judge, storage_j: Mapping[str, float],
-    exact: Sequence[str], active: Sequence[str],
-) -> tuple[str, str]:  # fmt: skip
+    feed: Feed, judge: Judge, scenario: Scenario, exact: Collection[str]
+) -> tuple[str, str]:
+    users = feed.users
     faults = [f"{name}: {u.reason}" for name, u in users.items() if u.state == SafetyState.FAULT]
-    passive = [f"Not passive: {'; '.join(active)}"] if active else []
-    if faults:
-        off = f"Force switched off: {'; '.join(faults)}"
-        return BAD, f"{'. '.join([off, *passive])}."
-    if active or judge.why:
-        unstable = [f"Not stable, {judge.why}"] if judge.why else []
-        return BAD, f"{'. '.join(unstable + passive)}."
+    off = [f"Force switched off: {'; '.join(faults)}"] if faults else []
+    unstable = [f"Not stable, {judge.why}"] if judge.why and not faults else []
+    active = "; ".join(_active(feed, exact))
+    passive = [f"Not passive: {active}"] if active else []
+    if bad := [*off, *unstable, *passive]:
+        return BAD, f"{'. '.join(bad)}."
     waiting = [
         f"{name} {_waits(u)}" for name, u in users.items() if u.state != SafetyState.COUPLED
     ]
@@ -178,15 +120,14 @@ def _judged(
     unjudged = [
         name
         for name, user in users.items()
-        if not (user.balances.known and user.balances.judged)
-        or not (user.balances.channel_known or name in exact)
+        if not user.balances.known or not (user.balances.channel_known or name in exact)
     ]
     if unjudged:
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
     channels = all(user.balances.channel_known for user in users.values())
     parts = "no channel" if channels else "no user's link"
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
-    lent_j = max((storage_j.get(name, 0.0) for name in users), default=0.0)
+    lent_j = max(sum(declared(scenario, user)) for user in scenario.users)
     if lent_j > 0.0:
         sentence += f" and was lent at the start ({quantity(lent_j, 'J')} at most)"
     inexact = [name for name in users if name not in exact]
@@ -198,40 +139,35 @@ def _judged(
     return GOOD, f"{sentence}."
 
 
-def server_words(worst: Worst, scenario: Scenario) -> list[str]:
-    """Return in words what the server gave out beyond what it may; empty where nothing."""
-    allowed_j = server_allowance_j(scenario)
-    if scenario.environment.own_energy(scenario.server) or worst.margin_j >= -allowed_j:
-        return []
-    given = f"gave out {quantity(-worst.balance_j, 'J')} more than it received"
-    return [f"server with its environment, {given} (at {worst.time_s:.1f} s)"]
-
-
 def _waits(user: FeedUser) -> str:
     if user.state is None:
         return "sends nothing any more" if user.gone else "has sent nothing yet"
     return f"is {WORDS[user.state]}" + (f" ({user.reason})" if user.reason else "")
 
 
-def _active(
-    users: Mapping[str, FeedUser], storage_j: Mapping[str, float], exact: Sequence[str]
-) -> list[str]:
+def _active(feed: Feed, exact: Collection[str]) -> list[str]:
     """Return the accounts that were below what they may be, in words."""
+    accounts = [
+        (f"{name}, {WAYS[part]}", worst)
+        for name, user in feed.users.items()
+        for part, worst in user.balances.worst.items()
+        if part != "hand_port" or name in exact
+    ]
+    accounts.append(("server with its environment", feed.server.worst))
     return [
-        f"{name}, {way}, gave out {quantity(-worst.balance_j, 'J')} more than it received "
+        f"{of}, gave out {quantity(-worst.balance_j, 'J')} more than it received "
         f"(at {worst.time_s:.1f} s)"
-        for name, user in users.items()
-        for way, worst in user.balances.worst.items()
-        if worst.margin_j < -storage_j.get(name, 0.0) and (way != WAYS[-1] or name in exact)
+        for of, worst in accounts
+        if worst.margin_j < 0.0
     ]
 
 
 def _left_out(user: FeedUser) -> str:
     """Return what the energy account, or the distance, of a user does not cover."""
+    if not user.balances.judged:
+        return "a node was started again: its energy is no longer judged"
     if not user.balances.known:
         return "no energy account yet"
-    if not user.balances.judged:
-        return "a node was started again: its energy is counted and no longer judged"
     if user.loaded_change:
         return (
             "delay or impedance changed under load: until it is coupled anew, the distance to the "

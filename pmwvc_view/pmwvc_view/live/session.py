@@ -8,14 +8,13 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting
 from pmwvc_view.live.graph import AboutSession, Graph
-from pmwvc_view.live.topics import Inlets, PublishedHand
+from pmwvc_view.live.topics import Inlets, PublishedHand, TraceReader
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Handled, Session, ramped
 
@@ -35,16 +34,13 @@ class LiveSession(Session):
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)
-        waves = has_waves(scenario.controller)
-        self._inlets = Inlets(node, graph, dof=scenario.dof, waves=waves)
+        self._inlets = Inlets(node, graph, TraceReader(self._feed.tape, dof=scenario.dof))
         self._hands = {
             user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")
             for user in scenario.users
-            if user.operator.from_outside
+            if user.operator.is_remote
         }
-
-    def _remote(self) -> Sequence[str]:
-        return list(self._hands)
+        self.remote = list(self._hands)
 
     def poll(self) -> Sequence[Snapshot]:
         """Return the snapshots since the last call."""
@@ -53,34 +49,29 @@ class LiveSession(Session):
         if inlets.changed:
             inlets.changed = False
             try:
-                self._scenario = self._graph.scenario(self._about)
+                self._scenario = self.wanted = self._graph.scenario(self._about)
                 self._lags = description.lags(self._scenario, live=True)
             except PmwvcError as error:  # parameters that make no scenario leave it as it was
                 self._node.get_logger().warning(str(error))
+        preset = self._graph.values.get(self._graph.netem, {}).get("preset")
+        self.preset = None if preset in (None, "none") else str(preset)
+        self.paused = bool(self._graph.values[self._graph.server].get("paused", False))
         if self._feed.tape.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
-        places = {user: hand.position for user, hand in self._hands.items()}
-        return self._snapshots(inlets.now_ns(), places, inlets.round_trips)
+        return self._snapshots(inlets.now_ns(), inlets.round_trips)
 
-    def _state(self) -> tuple[bool, list[str]]:
-        paused = bool(self._graph.values[self._graph.server].get("paused", False))
+    def _notes(self) -> list[str]:
         notices = [] if self._graph.emulated else ["The links are not emulated here."]
-        if paused:
+        if self.paused:
             notices.append("Paused: the server stands still; users join it anew when it goes on.")
-        return paused, notices
+        return notices
 
-    def _preset_name(self) -> str | None:
-        preset = self._graph.values.get(self._graph.netem, {}).get("preset")
-        return None if preset in (None, "none") else str(preset)
-
-    def target(self, user: str, position: tuple[float, ...] | None) -> None:
-        """Give a hand its newest target [m]; None opens it."""
-        if hand := self._hands.get(user):
-            hand.give(description.within_workspace(position, self._scenario, user))
+    def _give(self, user: str, position: Sequence[float] | None) -> None:
+        self._hands[user].give(position)
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         """Change parameters of the nodes, a delay a little at a time."""
-        if control.node == "netem" and not self._graph.emulated:
+        if control.of_link and not self._graph.emulated:
             return "the links are not emulated in this session"
         present = self._scenario
         while present != wanted:

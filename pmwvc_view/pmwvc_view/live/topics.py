@@ -9,7 +9,7 @@ fields do not fit together, or of another shape than the session's, are skipped.
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,18 +21,19 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Bool
 
+from pmwvc_analysis.recording.assemble import server_traces, user_traces
+from pmwvc_analysis.recording.clocks import monotonic_times
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import Polled
+from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_msgs.msg import MasterTrace, PacketFate, Reception, ServerTrace
-from pmwvc_view.feed.balances import NO_WAVES, ways
 from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.tape import AVATAR, F_H, KEPT, NS, OBJECT, TraceBlock, TraceStep
+from pmwvc_view.feed.tape import NS, Tape
 from pmwvc_view.live.graph import Graph
 
 SAME_CLOCK_NS = 20_000_000  # clocks whose offsets differ by more are of two machines
-OF_MESSAGE = ("x", "xd", "f_h", "f_applied", "u_m", "v_m", "f_m")  # KEPT in a MasterTrace
 
 
 class TraceReader:
@@ -40,51 +41,34 @@ class TraceReader:
     the server's monotonic clock, as of the newest trace [ns]; None before.
     """
 
-    def __init__(self, *, dof: int, users: Sequence[str], waves: bool) -> None:
-        self._dof, self._users, self._waves = dof, list(users), waves
+    def __init__(self, tape: Tape, *, dof: int) -> None:
+        self._tape, self._dof, self._users = tape, dof, list(tape.users)
         self.clock_ns: int | None = None
 
-    def block(self, data: bytes) -> TraceBlock | None:
-        """Return a trace of a master as a block; None for one that is skipped. A master whose
-        clock is of another machine is put beside the server's by ROS time, and its energy is not
-        compared.
+    def of_master(self, name: str, every: Iterable[bytes]) -> UserTraces | None:
+        """Return the traces of a master; None where all are skipped. One whose clock is of another
+        machine is put beside the server's by ROS time, and its energy is not compared.
         """
-        message = self._message(data, MasterTrace)
-        if message is None or not math.isfinite(message.lateness[-1]):
+        blocks = [message for data in every if (message := self._message(data, MasterTrace))]
+        if not blocks:
             return None
-        ticks = len(message.lateness)
-        known = message.hand_force_known and len(message.f_h)
-        every = [getattr(message, n) if n != "f_h" or known else message.x for n in OF_MESSAGE]
-        signals = np.array(every).reshape(len(KEPT), ticks, self._dof)
-        if not known:
-            signals[F_H] = math.nan
-        kept = dict(zip(message.account_names, message.accounts, strict=True))
-        waves = message.energy_u_m, message.energy_u_tx, message.energy_v_m
-        up_and_down = ways(*waves, kept) if self._waves else NO_WAVES
-        offset_ns = _ahead_ns(message) - (self.clock_ns or 0)
-        elsewhere = self.clock_ns is not None and abs(offset_ns) > SAME_CLOCK_NS
-        return TraceBlock(
-            start_ns=message.start_ns + (offset_ns if elsewhere else 0),
-            period_ns=round(message.period * NS), signals=signals,
-            lateness_s=message.lateness.tolist(), state=message.state, reason=message.reason,
-            missed=message.missed, epoch=message.epoch,
-            sums=None if elsewhere else (*up_and_down, message.energy_device),
-        )  # fmt: skip
+        starts, ahead_ns = monotonic_times(blocks), _ahead_ns(blocks[-1])
+        offset_ns = ahead_ns - (ahead_ns if self.clock_ns is None else self.clock_ns)
+        elsewhere = abs(offset_ns) > SAME_CLOCK_NS
+        starts = starts + offset_ns * elsewhere
+        found, _ = user_traces(name, blocks, starts, zero_ns=self._tape.zero(int(starts.min())))
+        if elsewhere:
+            found.energy = {name: sums * math.nan for name, sums in found.energy.items()}
+        return found
 
-    def step(self, data: bytes) -> TraceStep | None:
-        """Return a trace of the server as a step; None for one that is skipped."""
-        message = self._message(data, ServerTrace)
-        if message is None or message.users != self._users or not math.isfinite(message.lateness):
+    def of_server(self, every: Iterable[bytes]) -> ServerTraces | None:
+        """Return the traces of the server; None where all are skipped."""
+        messages = (self._message(data, ServerTrace) for data in every)
+        steps = [message for message in messages if message and message.users == self._users]
+        if not steps:
             return None
-        self.clock_ns = _ahead_ns(message)
-        avatars = np.array([getattr(message, name) for name in AVATAR])
-        return TraceStep(
-            start_ns=message.start_ns, epoch=message.epoch,
-            object=np.array([getattr(message, name) for name in OBJECT]),
-            avatars=avatars.reshape(len(AVATAR), len(self._users), self._dof),
-            state=message.state, contact=message.contact, lateness_s=message.lateness,
-            sums=np.array([message.energy_u_s, message.energy_v_s]),
-        )  # fmt: skip
+        self.clock_ns, starts = _ahead_ns(steps[-1]), monotonic_times(steps)
+        return server_traces(steps, starts, zero_ns=self._tape.zero(int(starts.min())))[0]
 
     def _message(self, data: bytes, kind: Any) -> Any:
         try:
@@ -92,7 +76,7 @@ class TraceReader:
         except (ValueError, RuntimeError):
             return None
         fits = message.dof == self._dof and misfit(kind.__name__, message) is None
-        return message if fits else None
+        return message if fits and np.isfinite(message.lateness).all() else None
 
 
 def _ahead_ns(message: Any) -> int:
@@ -113,12 +97,12 @@ class Inlets:
     whether a parameter changed since somebody set it to False.
     """
 
-    def __init__(self, node: Node, graph: Graph, *, dof: int, waves: bool) -> None:
+    def __init__(self, node: Node, graph: Graph, reader: TraceReader) -> None:
         def polled(kind: Any, topic: str, *, raw: bool = False) -> Polled:
             return Polled(node, kind, topic, RELIABLE_QOS, raw=raw)
 
         self._graph, prefix = graph, graph.prefix
-        self._reader = TraceReader(dof=dof, users=graph.users, waves=waves)
+        self._reader = reader
         self._masters = {
             user: polled(MasterTrace, f"{prefix}/{user}/trace", raw=True) for user in graph.users
         }
@@ -140,15 +124,13 @@ class Inlets:
     def empty(self, feed: Feed) -> None:
         """Give everything that has come to the feed."""
         received = False
-        for data in self._steps:
-            if (step := self._reader.step(data)) is not None:
-                feed.on_server(step)
-                received = True
+        if (steps := self._reader.of_server(self._steps)) is not None:
+            feed.on_server(steps)
+            received = True
         for user, polled in self._masters.items():
-            for data in polled:
-                if (block := self._reader.block(data)) is not None:
-                    feed.on_master(user, block)
-                    received = True
+            if (blocks := self._reader.of_master(user, polled)) is not None:
+                feed.on_master(blocks)
+                received = True
         before_s, self._emptied_s = self._emptied_s, time.monotonic()
         longer_s = min(self._emptied_s - before_s, AWAKE_S)
         self.silent_s = 0.0 if received else self.silent_s + longer_s
@@ -200,19 +182,16 @@ def target_message(position: Sequence[float], stamp_ns: int) -> PointStamped:
 
 
 class PublishedHand:
-    """The hand of one user, below the namespace ``topics``; ``position`` is its target while it is
-    closed [m].
-    """
+    """The hand of one user, below the namespace ``topics``."""
 
     def __init__(self, node: Node, topics: str) -> None:
         self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
         self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
-        self.position: Sequence[float] | None = None
-        self._flagged_s = -math.inf
+        self._closed, self._flagged_s = False, -math.inf
 
     def give(self, position: Sequence[float] | None) -> None:
         """Publish a target; None opens the hand."""
-        closed, self.position = self.position is not None, position
+        closed, self._closed = self._closed, position is not None
         if position is None:
             if closed:
                 self._flags.publish(Bool(data=False))

@@ -36,7 +36,7 @@ export class Settings {
     name.htmlFor = id;
     const value = document.createElement("output");
     value.htmlFor = id;
-    const input = control.choices || control.path === "link.preset" ? this.choice(control) : this.slider(control);
+    const input = control.choices ? this.choice(control) : this.slider(control);
     input.id = id;
     root.append(name, value, input);
     this.fields.set(control.path, { root, value, input, control });
@@ -47,7 +47,7 @@ export class Settings {
     const input = document.createElement("input");
     input.type = "range";
     const [factor] = shown(control.unit, control.path);
-    const [least, most] = (control.slider ?? [control.min, control.max]).map((end) => end * factor);
+    const [least, most] = control.slider.map((end) => end * factor);
     const step = [0.1, 0.5, 1, 5, 10, 50].find((each) => (most - least) / each <= 120) ?? 100;
     Object.assign(input, { min: least, max: Math.max(most, (control.value ?? 0) * factor), step });
     input.addEventListener("input", () => this.propose(control, Number(input.value) / factor));
@@ -56,12 +56,8 @@ export class Settings {
 
   choice(control) {
     const input = document.createElement("select");
-    const { presets, controllers } = this.session;
-    const known = control.path === "link.preset" ? presets : control.path === "controller" ? controllers : [];
-    const names = control.choices ?? presets.map(({ name }) => name);
-    if (!names.includes(control.value)) input.append(new Option("\u2013", ""));
-    for (const name of names) {
-      const words = known.find((each) => each.name === name)?.words;
+    if (!control.choices.some(({ name }) => name === control.value)) input.append(new Option("\u2013", ""));
+    for (const { name, words } of control.choices) {
       const short = control.path === "controller" && words?.includes(":") ? words.split(":")[0] : name;
       const option = new Option(short.replaceAll("_", " "), name);
       if (words) option.title = words;

@@ -13,7 +13,7 @@ export function signalsOf(session) {
     const from = columns.get(name);
     return (at) => rows[at + from];
   };
-  const waves = session.controllers.find(({ name }) => name === session.controller)?.waves ?? true;
+  const { waves } = session;
   const channel = session.controls.find(({ path }) => path === "channel")?.value;
   const ways = waves && channel !== "strict"; // the strict channel keeps one account, of both ways
   const perUser = (make) => session.users.flatMap(({ name }, i) => make(name, `u${i}`, String(i + 1)));

@@ -17,7 +17,7 @@ HEARTBEAT_S = 0.014  # a held target is sent this often, also where it does not 
 SILENCE_S = 0.15  # a hand without a target for this long lets go
 CREDITS = 8  # snapshots that may be sent and not acknowledged
 MESSAGE_BYTES = 4096  # longest message of a page
-MESSAGES_HZ = 500.0  # messages of a page: its mean rate, and as many at once
+MESSAGES_HZ = 500.0  # messages of a page in a second
 LIMITS = {  # as the session message declares them
     "heartbeat_s": HEARTBEAT_S, "silence_s": SILENCE_S, "credits": CREDITS,
     "message_bytes": MESSAGE_BYTES, "messages_hz": MESSAGES_HZ,
@@ -40,46 +40,29 @@ class Request(NamedTuple):
     id: int | None = None
 
 
-def _must(value: Any, be: str, *, ok: bool) -> Any:
-    if not ok:
-        raise ProtocolError(f"must be {be}")
-    return value
+def _is_number(value: Any) -> bool:  # a flag is an int for Python, and for no page
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
-def _number(value: Any) -> float:  # a flag is an int for Python, and for no page
-    ok = type(value) in (int, float) and abs(value) <= sys.float_info.max
-    return float(_must(value, "a finite number", ok=ok))
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
 
 
-def _count(value: Any) -> Any:
-    return _must(value, "a whole number >= 0", ok=type(value) is int and 0 <= value < 2**53)
+def _is_setting(value: Any) -> bool:
+    return isinstance(value, bool) or _is_name(value) or _is_number(value)
 
 
-def _name(value: Any) -> Any:
-    ok = isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
-    return _must(value, f"a string of 1..{LONGEST_NAME} characters", ok=ok)
+def _are_settings(value: Any) -> bool:
+    return (
+        isinstance(value, dict)
+        and len(value) <= 32
+        and all(_is_name(name) and _is_setting(each) for name, each in value.items())
+    )
 
 
-def _flag(value: Any) -> Any:
-    return _must(value, "true or false", ok=isinstance(value, bool))
-
-
-def _setting(value: Any) -> Any:
-    if isinstance(value, bool):
-        return value
-    return _name(value) if isinstance(value, str) else _number(value)
-
-
-def _settings(value: Any) -> dict[str, Setting]:
-    ok = isinstance(value, dict) and len(value) <= 32
-    given = _must(value, "an object of at most 32 settings", ok=ok)
-    return {_name(name): _setting(setting) for name, setting in given.items()}
-
-
-def _position(value: Any) -> tuple[float, ...] | None:
-    ok = value is None or (isinstance(value, list) and 1 <= len(value) <= 6)
-    given = _must(value, "a list of 1..6 numbers, or null", ok=ok)
-    return None if given is None else tuple(map(_number, given))
+def _is_position(value: Any) -> bool:
+    ok = isinstance(value, list) and 1 <= len(value) <= 6 and all(map(_is_number, value))
+    return value is None or ok
 
 
 _FIELDS: Mapping[str, tuple[str, ...]] = {  # of each kind of request
@@ -92,10 +75,18 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {  # of each kind of request
     "restart": ("id", "values"),  # begin again from the start, with these settings changed
     "seen": ("seq",),  # acknowledge all snapshots up to this number
 }
-_CHECKS: Mapping[str, Callable[[Any], Any]] = {  # by the name of a field
-    "id": _count, "user": _name, "position": _position, "path": _name, "value": _setting,
-    "values": _settings, "paused": _flag, "seq": _count,
-}  # fmt: skip
+_NAME = _is_name, f"a string of 1..{LONGEST_NAME} characters"
+_COUNT = lambda value: type(value) is int and 0 <= value < 2**53, "a whole number >= 0"
+_CHECKS: Mapping[str, tuple[Callable[[Any], bool], str]] = {  # by the name of a field
+    "id": _COUNT,
+    "seq": _COUNT,
+    "user": _NAME,
+    "path": _NAME,
+    "paused": (lambda value: isinstance(value, bool), "true or false"),
+    "value": (_is_setting, f"a finite number, a flag or {_NAME[1]}"),
+    "values": (_are_settings, "an object of at most 32 settings: numbers, flags and names"),
+    "position": (_is_position, "a list of 1..6 finite numbers, or null"),
+}
 
 
 def read(text: str) -> Request:
@@ -115,10 +106,9 @@ def read(text: str) -> Request:
             if name != "id":
                 raise ProtocolError(f"{kind}.{name} is missing")
             continue
-        try:
-            values[name] = _CHECKS[name](found.pop(name))
-        except ProtocolError as error:
-            raise ProtocolError(f"{kind}.{name}: {error}") from None
+        values[name], (ok, words) = found.pop(name), _CHECKS[name]
+        if not ok(values[name]):
+            raise ProtocolError(f"{kind}.{name}: must be {words}")
     if found:
         raise ProtocolError(f"{kind}: unknown field {sorted(found)[0][:LONGEST_NAME]!r}")
     return Request(kind, values, values.pop("id", None))

@@ -12,7 +12,6 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,8 +40,8 @@ ENERGIES = tuple(
     f"energy_{way}_{amount}" for way in ("up", "down", "hand") for amount in ("in", "out", "min")
 )
 _NUMBERS = (
-    ("presence", "-"), ("contact", "-"), ("state", "-"), ("missed", "-"), ("delay_up", "s"),
-    ("delay_down", "s"), *((name, "J") for name in ENERGIES),
+    ("presence", "-"), ("contact", "-"), ("state", "-"), ("delay_up", "s"), ("delay_down", "s"),
+    *((name, "J") for name in ENERGIES),
     ("lag", "s"), ("impedance", "N s/m"), ("round_trip", "s"), ("lateness", "s"), ("held", "-"),
 )  # fmt: skip
 _OBJECT = (("x_o", "m"), ("xd_o", "m/s"), ("target", "m"))
@@ -65,7 +64,6 @@ class Layout:
             columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]
             columns += [Column(f"{user}.{name}", 1, unit) for name, unit in _NUMBERS]
         columns += [Column(f"object.{name}", dof, unit) for name, unit in _OBJECT]
-        columns.append(Column("server.lateness", 1, "s"))
         self.columns = columns
         self.slices: dict[str, slice] = {}
         at = 0
@@ -78,13 +76,6 @@ class Layout:
         """Write values into a row by column name; None is not known."""
         for name, value in values.items():
             row[self.slices[name]] = math.nan if value is None else value
-
-    def together(self, owner: str, names: Sequence[str]) -> slice:
-        """Return where in a row several columns of one owner stand, which follow one another."""
-        places = [self.slices[f"{owner}.{name}"] for name in names]
-        if any(one.stop != other.start for one, other in pairwise(places)):
-            raise ValueError(f"{owner}: {', '.join(names)} do not follow one another")
-        return slice(places[0].start, places[-1].stop)
 
     def positions(self, *names: str) -> list[int]:
         """Return the positions in a row of every column with one of these names, of any user."""

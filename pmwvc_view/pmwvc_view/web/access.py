@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rules of access: which address a page may come from, what it may load, its token, and how
-many messages it may send.
+"""The rules of access: which address a page may come from, what it may load, its token.
 
 The address is checked against other names that lead to this machine (a page of another site that
 lets its own name point here), the origin against pages of other sites, the token against whoever
@@ -126,22 +125,3 @@ def _number(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     with contextlib.suppress(ValueError):
         return ipaddress.ip_address(host)
     return None
-
-
-class Allowance:
-    """Messages that a page may still send, at a mean rate [1/s] and as many at once. Times are of
-    any clock [s].
-    """
-
-    def __init__(self, rate_hz: float, now_s: float) -> None:
-        self._rate_hz = self._left = rate_hz
-        self._at_s = now_s
-
-    def spend(self, now_s: float) -> bool:
-        """Count one message; return whether it is allowed."""
-        self._left = min(self._rate_hz, self._left + (now_s - self._at_s) * self._rate_hz)
-        self._at_s = now_s
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True

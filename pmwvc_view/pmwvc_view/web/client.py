@@ -18,7 +18,6 @@ from websockets.frames import CloseCode
 from pmwvc_view.protocol import MESSAGES_HZ, SILENCE_S, ProtocolError, Request, read
 from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
 from pmwvc_view.session import Handled, Session
-from pmwvc_view.web.access import Allowance
 
 LONGEST_REASON = 100  # bytes; a close frame holds 123
 MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is closed
@@ -90,9 +89,11 @@ class Client:
     async def _read(self, handle: Callable[[Request], None]) -> str:
         """Handle the page's requests until it is gone or breaks a rule."""
         clock = asyncio.get_running_loop().time
-        allowance = Allowance(MESSAGES_HZ, clock())
+        begun_s, count = clock(), 0  # a second, and its messages
         async for message in self._socket:
-            if not allowance.spend(clock()):
+            if clock() - begun_s > 1.0:
+                begun_s, count = clock(), 0
+            if (count := count + 1) > MESSAGES_HZ:
                 return f"more than {MESSAGES_HZ:g} messages a second"
             try:
                 if isinstance(message, bytes):
@@ -132,9 +133,7 @@ class Handling:
 
     def begin(self) -> None:
         """Begin anew with the session; handles stay whose they are."""
-        users = self._session.description()["users"]
-        remote = [user["name"] for user in users if user["remote"]]
-        self._owners = {user: self._owners.get(user) for user in remote}
+        self._owners = {user: self._owners.get(user) for user in self._session.remote}
         self._held_s: dict[str, float] = {}  # of those whose hand is closed: newest target
 
     def holders(self, client: Client) -> dict[str, str | None]:
@@ -212,14 +211,14 @@ class Handling:
         self._tell_users()
         return Handled(True)
 
-    def _target(self, client: Client, user: str, position: tuple[float, ...] | None) -> None:
+    def _target(self, client: Client, user: str, position: Sequence[float] | None) -> None:
         if self._owners.get(user) is not client:
             return
         if position is None:
             self._open(user)
         else:
             self._held_s[user] = self._listened_s
-            self._session.target(user, position)
+            self._session.target(user, tuple(map(float, position)))
 
     async def _later(self, client: Client, request: Request) -> None:
         found = await getattr(self._session, request.kind)(**request.values)

@@ -82,7 +82,7 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
         way_m = max(way_m * max(1.0 - h / MEMORY_S, 0.0), length(xd) * h)
         for i in range(len(users)):
             way_m = max(way_m, length(minus(ends[i], users[i].at)))
-        users = each(checked, (users, ends, reply.forces), way_m, p)
+        users = each(checked, (users, ends, reply.forces), way_m, p.learns and not reply.solved, h)
         stored_j, x, xd = reply.stored_j, reply.x, reply.xd
     replies = (users, ports, starts, reply.velocities, reply.forces)
     ports, waves, sums = columns(each(_taken, replies, reply.answered, p))

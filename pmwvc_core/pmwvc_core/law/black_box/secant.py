@@ -215,17 +215,16 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
     return s._replace(secant=s.secant._replace(expected=expected)), velocity
 
 
-def checked(s: Seen, position: Vector, force: Vector, way_m: float, p: Any) -> Seen:
+def checked(s: Seen, x: Vector, f: Vector, way_m: float, learns: bool, h: float) -> Seen:
     """Note a force that cannot be used; learn from another one."""
-    usable = within(force, LARGEST_N)
-    if not p.learns:
+    usable = within(f, LARGEST_N)
+    if not learns:
         return s._replace(usable=usable)
-    if not usable:
-        force = zero(force)
+    f = f if usable else zero(f)
     scale, steps = s.secant.scale, s.steps + 1
-    most = LARGEST * scale * way_m + KICK_M_S * scale * p.body.period_s * steps
-    found = length(minus(force, s.secant.force)) <= most
+    most = LARGEST * scale * way_m + KICK_M_S * scale * h * steps
+    found = length(minus(f, s.secant.force)) <= most
     good = usable and found
-    secant = learn(s.secant, position, force, good)
+    secant = learn(s.secant, x, f, good)
     steps = 0 if good else steps
-    return Seen(secant, s.x, s.f, position, s.there, steps, usable, usable and not found)
+    return Seen(secant, s.x, s.f, x, s.there, steps, usable, usable and not found)

@@ -167,6 +167,7 @@ class Reply(NamedTuple):
     stored_j: float
     x: Vector  # of the object
     xd: Vector
+    solved: bool  # with the wave: nothing is to be learned
 
 
 def _exchange(
@@ -178,7 +179,7 @@ def _exchange(
         velocities = each(solved_line, (avatars, forces, slopes), p.identity)
     positions = each(ahead, (starts, velocities), p.new_s)
     s, forces, stored_j = moved_by(s, positions, velocities, p.body.period_s, p.environment)
-    return s, Reply(True, velocities, forces, stored_j, s.body.x, s.body.xd)
+    return s, Reply(True, velocities, forces, stored_j, s.body.x, s.body.xd, False)
 
 
 # (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step

@@ -11,7 +11,6 @@ import hashlib
 import logging
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -130,8 +129,13 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     for i in fit:
         kinds.setdefault(_types(prepared(scenarios[i])[0]), []).append(i)
     for kind, members in kinds.items():
-        mark = folder / hashlib.sha256(kind.encode()).hexdigest()[:16]
-        if _is_worth_it([scenarios[i] for i in members], loop, mark):
+        takes_s = _take_s([scenarios[i] for i in members])
+        mark = folder / hashlib.sha256(kind.encode()).hexdigest()[:16]  # it is kept
+        if takes_s > COMPILING_S and not mark.exists():
+            LOG.warning("compiling the laws of this kind of session: half a minute, once")
+            run(scenarios[members[0]], loop)
+            mark.touch()
+        if takes_s > LOADING_S and mark.exists():
             for i in members:
                 loops[i] = loop
     return loops
@@ -148,14 +152,3 @@ def _take_s(scenarios: Sequence[Scenario]) -> float:
     """Return about how long sessions take interpreted [s]."""
     ticks = [each.duration_s / each.tick_s * len(each.users) for each in scenarios]
     return sum(ticks) * TICK_S
-
-
-def _is_worth_it(members: Sequence[Scenario], loop: Callable[..., bool], mark: Path) -> bool:
-    """Compile a kind where that takes less time than it saves; ``mark`` tells that it is kept."""
-    if (takes_s := _take_s(members)) <= LOADING_S:
-        return False
-    if not mark.exists() and takes_s > COMPILING_S:
-        LOG.warning("compiling the laws of this kind of session: half a minute, once")
-        run(members[0], loop)
-        mark.touch()
-    return mark.exists()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Z-width: the largest stable stiffness for a contact damping, where need be without a model.
+"""Z-width without a model: the largest stable stiffness for a contact damping, simulated.
 
 Sessions that are simulated need no linearity, so they also cover what the exact model refuses
 (energetic compensation, a ledger, one-sided contacts). A small constant force pushes the device; a
@@ -11,14 +11,11 @@ ever, so there it has to fall clearly, and long sessions keep the bias small.
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.models.linear import nonlinear
-from pmwvc_analysis.models.stability import BOUND, z_width
-from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
@@ -29,7 +26,6 @@ PUSH_N = 0.01  # so small that growth shows long before a limit acts
 AT_REST_M_S = 1e-9
 LINEAR_S, DECAY_RATIO = 6.0, 0.995  # length of a session, and quarter over quarter
 LONG_S, CLEAR_RATIO = 16.0, 0.8  # the same for what is not linear
-HIGHEST_SIMULATED = 20_000.0  # [N/m]
 
 
 class Bracket(NamedTuple):
@@ -39,26 +35,6 @@ class Bracket(NamedTuple):
 
     low: float
     high: float | None
-
-
-def of_each(
-    scenario: Scenario, damping: Sequence[float], *, bound: float | None, live: bool
-) -> Iterator[tuple[float, Bracket]]:
-    """Yield every contact damping [N s/m] with the bracket of its largest stiffness: of no width
-    from the exact model, else simulated; PmwvcError for too much work, or live phases to be
-    simulated.
-    """
-    is_linear = not nonlinear(scenario)
-    if live and not is_linear:
-        raise PmwvcError(f"{scenario.name} is not linear: it is simulated in virtual time only")
-    for b in damping:
-        if not is_linear:
-            yield b, simulated_z_width(scenario, b, highest=bound or HIGHEST_SIMULATED)
-            continue
-        (limit,) = z_width(scenario, [b], live=live, bound=bound or BOUND)
-        if limit.unknown:
-            raise PmwvcError(limit.unknown)
-        yield b, Bracket(limit.bound if limit.first is None else limit.first, limit.first)
 
 
 def simulated_z_width(

@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes of other simulators as environments."""

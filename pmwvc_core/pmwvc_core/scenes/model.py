@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A MuJoCo model from a scene file, with what each user holds: a finger, or a handle of the scene.
+
+A finger is a sphere of a gram on three slides, weightless. It begins where the user's device does:
+the origin of all devices is the centre of mass of the first body that moves (the scene's origin
+where none does), and a finger's surface is where the avatar is. A handle is a body of the scene
+that is fixed to the world; it gets three slides, is weightless, and is taken where it is.
+
+What a scene usually lacks to be held is written into the model where the file has MuJoCo's own
+default: elliptic friction cones with impratio 100, as a finger creeps out of a pyramid. Contacts
+with what users hold are hard, whatever the other geom says; their friction is the other geom's.
+"""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array
+from pmwvc_core.params.names import hint
+from pmwvc_core.server.black_box import EnvironmentSetup
+
+FINGER_KG = 1e-3
+SUB_STEP_S = 2e-3  # longest step of the contact solver
+IMPRATIO = 100.0
+SOLREF = (2.0 * SUB_STEP_S, 1.0)  # the fastest that the solver allows
+SOLIMP = (0.998, 0.9995, 0.001, 0.5, 2.0)  # 2 N sink 0.06 mm
+OVERRIDES = 1e6  # weight of a contact's parameters against those of the other geom
+OVERLAP_M = 1e-4
+SETTLE_S = 2.0
+LARGEST_RATIO = 1e4  # of two masses
+
+
+class Grasp(NamedTuple):
+    """What a user holds."""
+
+    qpos: slice  # of the three slides
+    dofs: slice
+    geoms: tuple[int, ...]
+    is_finger: bool
+    home: Array  # (3,) [m] of a finger: its slides for a device at zero
+
+
+class SceneModel(NamedTuple):
+    """A compiled scene and what each user holds in it."""
+
+    model: Any
+    held: tuple[Grasp, ...]
+    shown: int  # the first body that moves; 0, the world, where none does
+    changed: tuple[str, ...]  # options that were written into it
+
+
+def import_mujoco() -> Any:
+    """Return the package; ParameterError says how to get it."""
+    try:
+        import mujoco
+    except ImportError as error:
+        raise ParameterError(
+            f"server.environment = 'mujoco': {error}: pip install mujoco (or '.[mujoco]')"
+        ) from None
+    mujoco.set_mju_user_warning(_discarded)
+    return mujoco
+
+
+def _discarded(text: str) -> None:
+    """Take a warning of MuJoCo, which would write it into a file in the working directory: a
+    scene that becomes unstable is found and named by :mod:`.mujoco_scene`.
+    """
+
+
+def scene_model(setup: EnvironmentSetup) -> SceneModel:
+    """Compile the scene of a setup; ParameterError with the reason where it cannot be used."""
+    mujoco, server = import_mujoco(), setup.server
+    if setup.dof != 3:
+        raise ParameterError(f"dof = {setup.dof}: a scene has three axes; set dof = 3")
+    where = f"server.scene = {server.scene!r}"
+    spec = _read(mujoco, server.scene, where)
+    movable = next((body for body in spec.bodies[1:] if body.joints), None)
+    bodies = _handles(spec, setup) or [
+        _finger(mujoco, spec, user, server.finger_m) for user in range(setup.users)
+    ]
+    for body in bodies:
+        for axis in np.eye(3):
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        body.gravcomp = 1.0
+        for geom in body.geoms:
+            geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
+    changed = _options(mujoco, spec, setup.period_s, where)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise ParameterError(f"{where}: {error}") from None
+    _check_masses(model, where)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    shown = movable.id if movable else 0
+    held = []
+    for user, body in enumerate(bodies):
+        at = model.body(body.id)
+        first, dof, geom = (
+            int(model.jnt_qposadr[at.jntadr[0]]),
+            int(at.dofadr[0]),
+            int(at.geomadr[0]),
+        )
+        out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
+        home = data.xipos[shown] + out - data.xpos[body.id]
+        held.append(
+            Grasp(
+                slice(first, first + 3),
+                slice(dof, dof + 3),
+                tuple(range(geom, geom + int(at.geomnum[0]))),
+                not server.handles,
+                home,
+            )
+        )
+    return SceneModel(model, tuple(held), shown, changed)
+
+
+def _read(mujoco: Any, file: str, where: str) -> Any:
+    if not file:
+        raise ParameterError("server.scene is empty: name the scene's MJCF file (.xml)")
+    if not Path(file).expanduser().is_file():
+        raise ParameterError(f"{where}: there is no such file (looked in {Path.cwd()})")
+    try:
+        return mujoco.MjSpec.from_file(str(Path(file).expanduser()))
+    except ValueError as error:
+        raise ParameterError(f"{where}: {' '.join(str(error).split())}") from None
+
+
+def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
+    text = setup.server.handles
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if names and len(names) != setup.users:
+        raise ParameterError(
+            f"server.handles = {text!r}: {len(names)} bodies for {setup.users} users; name one "
+            "for each, or none for fingers"
+        )
+    found = []
+    for name in names:
+        body = spec.body(name)
+        if body is None:
+            near = hint(name, [body.name for body in spec.bodies if body.name])
+            raise ParameterError(f"server.handles = {text!r}: no body is named {name!r}{near}")
+        if body.joints or body.parent is not spec.worldbody:
+            raise ParameterError(
+                f"server.handles: {name!r} must be a child of worldbody without joints; it gets "
+                "three slides"
+            )
+        found.append(body)
+    return found
+
+
+def _finger(mujoco: Any, spec: Any, user: int, radius_m: float) -> Any:
+    body = spec.worldbody.add_body(name=f"pmwvc_user{user + 1}")
+    body.add_geom(
+        name=body.name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius_m, 0.0, 0.0],
+        mass=FINGER_KG, friction=[0.0, 0.0, 0.0],
+    )  # fmt: skip
+    return body
+
+
+def _options(mujoco: Any, spec: Any, period_s: float, where: str) -> tuple[str, ...]:
+    """Write what the file leaves as MuJoCo has it; return what was changed."""
+    option, changed = spec.option, []
+    if option.timestep > period_s:
+        raise ParameterError(
+            f"{where}: its timestep of {option.timestep:g} s is longer than server.period_s = "
+            f"{period_s:g} s, in which all its forces have to be found; shorten it"
+        )
+    if option.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
+        option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        changed.append("cone elliptic")
+    if option.impratio == 1.0:
+        option.impratio = IMPRATIO
+        changed.append(f"impratio {IMPRATIO:g}")
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return tuple(changed)
+
+
+def _check_masses(model: Any, where: str) -> None:
+    own = {number for number in range(model.nbody) if model.body(number).name.startswith("pmwvc_")}
+    masses = {n: float(model.body_mass[n]) for n in range(1, model.nbody) if n not in own}
+    masses = {n: mass for n, mass in masses.items() if mass > 0.0}
+    if masses and max(masses.values()) > LARGEST_RATIO * min(masses.values()):
+        heavy, light = (model.body(pick(masses, key=masses.__getitem__)) for pick in (max, min))
+        raise ParameterError(
+            f"{where}: {heavy.name!r} has {heavy.mass[0] / light.mass[0]:.3g} times the mass of "
+            f"{light.name!r}; above {LARGEST_RATIO:g} contacts are not solved: change a mass"
+        )

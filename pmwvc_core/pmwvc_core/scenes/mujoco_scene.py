@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A MuJoCo scene as an environment that answers an impedance, for any number of users.
+
+The port is f = sqrt(2b) u - b v. In a sub-step h of the solver it enters as an armature A = h b of
+the three slides and a force that knows the velocity before it::
+
+    (m + h b) (v(n+1) - v(n))/h = [sqrt(2b) u - b v(n)] + contacts
+        <=>  m (v(n+1) - v(n))/h = sqrt(2b) u - b v(n+1) + contacts
+
+so the contact solver sees the impedance, and what is held may weigh a gram. With the mean velocity
+V of all sub-steps the port gives F = sqrt(2b) u - b V, and F V >= mean f v, as V^2 <= mean v^2:
+what the port counts is not less than what went in. MuJoCo's contacts and joints are not proved
+passive; the ledger of the port holds on top (:mod:`pmwvc_core.law.black_box.compensations`).
+
+A finger that touches nothing moves as the port alone would move it, without the gram's force. Who
+is not there is held still and touches nothing. A finger that comes in within another body
+passes through it until it is outside.
+"""
+
+import math
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenes.model import (
+    OVERLAP_M,
+    SETTLE_S,
+    SUB_STEP_S,
+    Grasp,
+    import_mujoco,
+    scene_model,
+)
+from pmwvc_core.server.black_box import EnvironmentSetup
+
+STILL_KG = 1e9  # armature of what nobody holds
+LARGEST_M_S = 1e3  # faster is no motion
+
+
+class MujocoScene:
+    """The scene of ``server.scene``; ``position`` [m] and mean ``velocity`` [m/s], each ``(3,)``,
+    are those of the first body that moves, from where it began.
+    """
+
+    def __init__(self, setup: EnvironmentSetup) -> None:
+        self._mujoco = import_mujoco()
+        self.model, self.held, self._shown, self.changed = scene_model(setup)
+        self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
+        self._colliding = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
+        self._whose = np.full(self.model.ngeom, -1)
+        for user, held in enumerate(self.held):
+            self._whose[list(held.geoms)] = user
+        self._there, self._inside = [False] * setup.users, [False] * setup.users
+        for user in range(setup.users):
+            self._let_go(user)
+        self._settle(setup)
+        self._origin = self.data.xipos[self._shown].copy()
+        self.position, self.velocity = np.zeros(3), np.zeros(3)
+        self._good = self._state()
+
+    def join(self, user: int, position: Array) -> None:
+        """Put a finger where the avatar is, ``(3,)`` [m]; a handle is taken where it is."""
+        held = self.held[user]
+        if held.is_finger:
+            self.data.qpos[held.qpos] = held.home + position
+        self.data.qvel[held.dofs] = 0.0
+        self._there[user], self._inside[user] = True, True
+
+    def leave(self, user: int) -> None:
+        """Hold still what a user held."""
+        self._let_go(user)
+
+    def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
+        """Go on by ``dt`` [s] with ``f = drive - impedance v`` at every port; return the mean
+        velocities ``(users, 3)`` [m/s]. ``drive`` is ``(users, 3)`` [N], ``impedance``
+        ``(users,)`` [N s/m].
+        """
+        model, data = self.model, self.data
+        steps = math.ceil(dt / min(SUB_STEP_S, model.opt.timestep) - 1e-9)
+        model.opt.timestep = dt / steps
+        for user, held in enumerate(self.held):
+            if self._there[user]:
+                self._weigh(held, impedance[user] * model.opt.timestep)
+                self._inside[user] = self._inside[user] and self._comes_out(user)
+        touched: set[int] = set()
+        before = np.array([data.qpos[held.qpos] for held in self.held])
+        for _ in range(steps):
+            for user, held in enumerate(self.held):
+                if self._there[user]:
+                    v = data.qvel[held.dofs]
+                    data.qfrc_applied[held.dofs] = drive[user] - impedance[user] * v
+                else:
+                    data.qvel[held.dofs] = 0.0
+            self._mujoco.mj_step(model, data)
+            touched.update(self._whose[data.contact.geom].ravel().tolist())
+        self._require_motion()
+        for user in set(range(len(self.held))) - touched:
+            if self._there[user] and self.held[user].is_finger:
+                data.qpos[self.held[user].qpos] = before[user] + dt * drive[user] / impedance[user]
+                data.qvel[self.held[user].dofs] = drive[user] / impedance[user]
+        self._mujoco.mj_kinematics(model, data)
+        position = data.xipos[self._shown] - self._origin
+        self.position, self.velocity = position, (position - self.position) / dt
+        after = np.array([data.qpos[held.qpos] for held in self.held])
+        return np.asarray((after - before) / dt)
+
+    def _let_go(self, user: int) -> None:
+        held = self.held[user]
+        self._there[user] = False
+        self.data.qvel[held.dofs] = self.data.qfrc_applied[held.dofs] = 0.0
+        self._weigh(held, STILL_KG)
+        self._touches(held, False)
+
+    def _weigh(self, held: Grasp, armature_kg: float) -> None:
+        """Set an armature, and what MuJoCo derives from it for the weights of contacts."""
+        if self.model.dof_armature[held.dofs.start] != armature_kg:
+            self.model.dof_armature[held.dofs] = armature_kg
+            self._mujoco.mj_setConst(self.model, self._scratch)
+
+    def _touches(self, held: Grasp, on: bool) -> None:
+        for geom in held.geoms:
+            self.model.geom_contype[geom] = self._colliding[0][geom] * on
+            self.model.geom_conaffinity[geom] = self._colliding[1][geom] * on
+        self._mujoco.mj_setConst(self.model, self._scratch)  # their body's, too
+
+    def _comes_out(self, user: int) -> bool:
+        """Let a user touch from where nothing is overlapped; tell whether something still is."""
+        held = self.held[user]
+        self._touches(held, True)
+        inside = any(set(pair) & set(held.geoms) for pair in self._overlaps())
+        self._touches(held, not inside)
+        return inside
+
+    def _overlaps(self) -> list[tuple[int, int]]:
+        """Return the pairs of geoms that overlap by more than ``OVERLAP_M``."""
+        self._mujoco.mj_kinematics(self.model, self.data)
+        self._mujoco.mj_collision(self.model, self.data)
+        contacts = self.data.contact
+        return [(int(c.geom1), int(c.geom2)) for c in contacts if c.dist < -OVERLAP_M]
+
+    def _settle(self, setup: EnvironmentSetup) -> None:
+        """Refuse a scene whose bodies overlap at the start, or let it settle."""
+        if setup.server.settle:
+            for _ in range(round(SETTLE_S / self.model.opt.timestep)):
+                self._mujoco.mj_step(self.model, self.data)
+            self.data.qvel[:] = 0.0
+        elif pairs := self._overlaps():
+            names = [self._name(geom) for geom in pairs[0]]
+            raise ParameterError(
+                f"server.scene = {setup.server.scene!r}: {names[0]} and {names[1]} overlap, which "
+                "would push them apart with energy of its own; move one, or set "
+                "server.settle = true"
+            )
+
+    def _name(self, geom: int) -> str:
+        body = self.model.body(int(self.model.geom_bodyid[geom])).name
+        return repr(self.model.geom(geom).name or f"a geom of {body}")
+
+    def _require_motion(self) -> None:
+        """Raise where the scene has become unstable, with the state of the last good step back."""
+        speeds = np.abs(self.data.qvel)
+        if np.isfinite(self.data.qpos).all() and (speeds < LARGEST_M_S).all():
+            self._good = self._state()
+            return
+        worst = int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))
+        name = self.model.body(int(self.model.dof_bodyid[worst])).name
+        kind = self._mujoco.mjtState.mjSTATE_INTEGRATION
+        self._mujoco.mj_setState(self.model, self.data, self._good, kind)
+        raise RuntimeError(
+            f"the scene became unstable at body {name!r}; its last good state is back"
+        )
+
+    def _state(self) -> Array:
+        kind = self._mujoco.mjtState.mjSTATE_INTEGRATION
+        state = np.empty(self._mujoco.mj_stateSize(self.model, kind))
+        self._mujoco.mj_getState(self.model, self.data, state, kind)
+        return state

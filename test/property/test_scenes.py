@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""MuJoCo scenes behind wave ports: energy, friction, what comes in, what becomes unstable."""
+
+from copy import copy
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.law_rigs import Users
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.scenes.mujoco_scene import MujocoScene
+from pmwvc_core.server.black_box import EnvironmentSetup
+
+CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup/config/scenes"
+G = 9.81
+BOX = """<mujoco><option gravity="{gravity}"/><worldbody>
+  <geom name="table" type="box" size="0.3 0.3 0.01" pos="0 0 -0.0401"/>
+  <body name="box"><freejoint/>
+    <geom name="box" type="box" size="0.03 0.03 0.03" mass="{mass}" friction="{mu} 0.005 0.0001"/>
+  </body></worldbody></mujoco>"""
+
+
+def written(folder, *, mass=0.2, mu=1.0, gravity="0 0 -9.81"):
+    """Write a box on a table whose faces are 30 mm from the origin; return the file's name."""
+    file = Path(folder) / "box.xml"
+    file.write_text(BOX.format(mass=mass, mu=mu, gravity=gravity), "utf-8")
+    return str(file)
+
+
+def scene(file, users=2, **values):
+    """Return a scene with all fingers at the faces of the box, sides by turns."""
+    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file), **values)
+    sides = tuple(-1 if user % 2 == 0 else 1 for user in range(users))
+    made = MujocoScene(EnvironmentSetup(3, 0.008, sides, server, (ContactParams(),) * users))
+    for user, side in enumerate(sides):
+        made.join(user, np.array([0.0301 * side, 0.012 * (user // 2), 0.0]))
+    return made
+
+
+def held(made, squeeze, seconds, *, b=8.0, rise_m=0.0, stiffness=300.0):
+    """Press with a squeeze [N], springs upwards; return places of the fingers and of the box."""
+    users, impedance = len(made.held), np.full(len(made.held), b)
+    x, v = np.zeros((users, 3)), np.zeros((users, 3))
+    places = []
+    for step in range(round(seconds / 0.008)):
+        lift_m = rise_m * min(max(step * 0.008 - 1.0, 0.0), 1.0)
+        wanted = np.array([0.0, 0.0, lift_m])
+        push = stiffness * (wanted - x) - 5.0 * v
+        push[:, 0] = [squeeze * (1 if user % 2 == 0 else -1) for user in range(users)]
+        v = made.meet(push + b * v, impedance, 0.008)
+        x = x + 0.008 * v
+        places.append((x.copy(), made.position.copy()))
+    return places
+
+
+def potential_j(made):
+    """Return the energy of weight and springs of a scene."""
+    data = copy(made.data)
+    made.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    mujoco.mj_forward(made.model, data)
+    return float(data.energy[0])
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1), users=st.sampled_from([2, 3, 4]),
+    memory=st.sampled_from([0.0, 0.9, 0.99]), name=st.sampled_from(["lift", "door", "peg"]),
+)  # fmt: skip
+def test_a_scene_gives_out_no_energy_but_a_trace(seed, users, memory, name):
+    """Without the ledger: no more comes out of the ports than went in and what weight and springs
+    gave, but for 1e-4 of what moved.
+    """
+    rng, users = np.random.default_rng(seed), 1 if name == "peg" else users
+    values = {"handles": "peg"} if name == "peg" else {}
+    server = ServerParams(
+        coupling="unknown", environment="mujoco", scene=str(CONFIG / f"{name}.xml"),
+        compensation="none", **values,
+    )  # fmt: skip
+    ports = Users(server, [ContactParams()] * users, b=rng.choice([8.0, 25.0]), axes=3)
+    for user in range(users):
+        ports.join(user, np.array([-0.0301 if user % 2 == 0 else 0.0301, 0.015 * user, 0.0]))
+    made, wave, spare_j = ports.s.body.environment.environment, np.zeros((users, 3)), []
+    first_j = potential_j(made)
+    for _ in range(300):
+        wave = memory * wave + np.sqrt(1 - memory**2) * rng.normal(0.0, 0.3, (users, 3))
+        ports.step(list(wave))
+        fallen_j = max(first_j - potential_j(made), 0.0)
+        moved_j = 2.0 * ports.came_j - ports.taken_j
+        spare_j.append(ports.taken_j + fallen_j + 1e-4 * moved_j)
+    assert ports.faults.steps == 0
+    assert min(spare_j) >= 0.0
+
+
+@settings(max_examples=6, deadline=None)
+@given(mass=st.floats(0.1, 0.5), mu=st.floats(0.4, 1.2), spare=st.sampled_from([0.7, 1.3, 2.0]))
+def test_a_box_is_held_by_friction_or_drops(tmp_path_factory, mass, mu, spare):
+    """Coulomb: two fingers hold up to 2 mu N; what MuJoCo solves softly creeps below 0.1 mm/s at
+    half of the cone.
+    """
+    file = written(tmp_path_factory.mktemp("scene"), mass=mass, mu=mu)
+    squeeze = spare * 0.5 * mass * G / mu
+    places = held(scene(file), squeeze, 5.0, rise_m=0.05, stiffness=1000.0)
+    slipped = [float(x[0, 2] - box[2]) for x, box in places]
+    if spare < 1.0:
+        assert places[-1][1][2] < 1e-3  # it never left the table
+    else:
+        assert places[-1][1][2] > 0.04
+        creep_m_s = (slipped[-1] - slipped[-126]) / 1.0
+        assert creep_m_s < (1e-4 if spare == 2.0 else 4e-4)
+
+
+def test_a_finger_sinks_a_tenth_of_a_millimetre_into_a_box():
+    """Device less avatar has no more than that from the contact at 2 N."""
+    places = held(scene(CONFIG / "lift.xml"), 2.0, 2.0)
+    way_m = float(places[-1][0][0, 0] - places[-1][1][0])  # from 0.1 mm outside
+    assert 0.0 < way_m - 1e-4 < 1e-4
+
+
+def test_a_port_that_the_solver_does_not_see_is_unstable(tmp_path):
+    """The control: the same force without its armature pushes a gram apart."""
+    made = scene(written(tmp_path))
+    made._weigh = lambda held, armature_kg: None
+    made.model.dof_armature[:] = 0.0
+    mujoco.mj_setConst(made.model, mujoco.MjData(made.model))
+    with pytest.raises(RuntimeError, match="the scene became unstable at body 'pmwvc_user"):
+        held(made, 2.0, 1.0)
+
+
+def test_an_unstable_scene_is_put_back_and_the_port_is_a_damper(tmp_path):
+    ports = Users(
+        ServerParams(coupling="unknown", environment="mujoco", scene=written(tmp_path)),
+        [ContactParams()] * 2,
+        axes=3,
+    )
+    for user, x in enumerate((-0.0301, 0.0301)):
+        ports.join(user, np.array([x, 0.0, 0.0]))
+    waves = [np.array([0.2, 0.0, 0.0]), np.array([-0.2, 0.0, 0.0])]
+    for _ in range(20):
+        ports.step(waves)
+    data = ports.s.body.environment.environment.data
+    before = data.qpos.copy()
+    data.qvel[:] = np.nan
+    answers = ports.step(waves)
+    assert ports.faults.steps == 1
+    assert "the scene became unstable at body 'box'; its last good state is back" in (
+        ports.faults.text
+    )
+    np.testing.assert_allclose(answers, 0.0)  # of a matched damper
+    np.testing.assert_allclose(data.qpos, before)
+    ports.step(waves)
+    assert ports.faults.steps == 1
+
+
+def test_who_joins_inside_a_body_passes_out_of_it_without_a_push(tmp_path):
+    """The control: a finger that touches at once is thrown out."""
+    for touches, gone_m in ((False, 1e-4), (True, 5e-3)):
+        made = scene(written(tmp_path, gravity="0 0 0"), users=1)
+        made.join(0, np.array([0.025, 0.0, 0.0]))  # its surface 5 mm inside the other face
+        if touches:
+            made._inside[0] = False
+            made._touches(made.held[0], True)
+        for _ in range(30):
+            made.meet(np.zeros((1, 3)), np.full(1, 8.0), 0.008)
+        moved_m = float(np.linalg.norm(made.position))
+        assert moved_m < gone_m if not touches else moved_m > gone_m
+    made = scene(written(tmp_path, gravity="0 0 0"), users=1)
+    made.join(0, np.array([0.025, 0.0, 0.0]))
+    for _ in range(200):  # out through the face it looks at, and back against it
+        made.meet(np.array([[-0.5, 0.0, 0.0]]), np.full(1, 8.0), 0.008)
+    for _ in range(200):
+        made.meet(np.array([[0.5, 0.0, 0.0]]), np.full(1, 8.0), 0.008)
+    assert made.position[0] > 1e-3
+
+
+def test_the_same_waves_give_the_same_scene_to_the_bit(tmp_path):
+    runs = []
+    for _ in range(2):
+        made, rng = scene(written(tmp_path), users=4), np.random.default_rng(5)
+        for _ in range(100):
+            made.meet(rng.normal(0.0, 2.0, (4, 3)), np.full(4, 12.0), 0.008)
+        runs.append(made.data.qpos.copy())
+    assert (runs[0] == runs[1]).all()
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"scene": ""}, "server.scene is empty: name the scene's MJCF file (.xml)"),
+        ({"scene": "nowhere.xml"}, "server.scene = 'nowhere.xml': there is no such file"),
+        ({"handles": "bix, box"}, "no body is named 'bix'; did you mean"),
+        ({"handles": "box"}, "server.handles = 'box': 1 bodies for 2 users"),
+        ({"handles": "box, box"}, "must be a child of worldbody without joints"),
+    ],
+)
+def test_a_scene_that_cannot_be_used_is_refused_with_a_way_out(tmp_path, values, words):
+    given_values = {"scene": written(tmp_path), **values}
+    with pytest.raises(ParameterError) as caught:
+        scene(given_values.pop("scene"), **given_values)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("<body", "<bady", "Line number=3"),
+        ('name="table"', 'name="table" material="oak"', "oak"),
+        ("-0.0401", "-0.03", "'table' and 'box' overlap"),
+        ("<option", '<option timestep="0.05"', "its timestep of 0.05 s is longer than"),
+        ('mass="0.2"', 'mass="20000"', "'box' has 1e+05 times the mass of 'pea'"),
+    ],
+)
+def test_a_scene_file_that_is_wrong_is_refused_with_a_way_out(tmp_path, old, new, words):
+    file = Path(written(tmp_path))
+    pea = '<body name="pea" pos="0 0 1"><freejoint/><geom size="0.01" mass="0.2"/></body>'
+    text = file.read_text("utf-8").replace("</worldbody>", f"{pea}</worldbody>")
+    file.write_text(text.replace(old, new, 1), "utf-8")
+    with pytest.raises(ParameterError) as caught:
+        scene(file)
+    assert words in str(caught.value)
+
+
+def test_bodies_that_overlap_may_settle(tmp_path):
+    file = Path(written(tmp_path))
+    file.write_text(file.read_text("utf-8").replace("-0.0401", "-0.035"), "utf-8")
+    made = scene(file, settle=True)
+    np.testing.assert_allclose(made.position, 0.0)
+    places = held(made, 0.0, 0.5)
+    assert np.linalg.norm(places[-1][1]) < 1e-3
