@@ -79,7 +79,9 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
     accounts = {f"account_{name}": values for name, values in server.accounts.items()}
     kept = dict.fromkeys(accounts, Field("J", "energy kept by the server"))
     whole = {name: each for name, each in columns.items() if name not in OF_USERS}
-    yield Table("server", {**whole, **accounts}, {**meanings, **kept})
+    poses = {f"pose_{name}": rows for name, rows in server.poses.items()}
+    of_poses = dict.fromkeys(poses, Field("m, -", "x y z, quaternion w x y z of a body"))
+    yield Table("server", {**whole, **accounts, **poses}, {**meanings, **kept, **of_poses})
     for index, user in enumerate(server.users):
         own = {name: np.asarray(getattr(server, name)[index]) for name in OF_USERS}
         own["contact"] = own["contact"].astype(np.uint8)

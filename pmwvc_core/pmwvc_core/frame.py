@@ -88,6 +88,7 @@ class ServerRow(NamedTuple):
     contact: Sequence[Flag]
     state: tuple[Presence, ...]
     accounts: Mapping[str, Value]  # [J]
+    poses: Mapping[str, Sequence[float]]  # of bodies [m] x y z, quaternion w x y z
 
 
 @dataclass(frozen=True)

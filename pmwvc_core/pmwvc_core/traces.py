@@ -99,6 +99,7 @@ class ServerTraces:
     potential: Annotated[Array, "J", "energy stored in the springs of the contacts"]
     dissipated: Annotated[Array, "J", "heat of object and contacts so far"]
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
+    poses: dict[str, Array] = field(default_factory=dict)  # of bodies (step, 7): xyz [m], wxyz
     changes: Integers = _unknown()  # (step,) steps up to it that took changes over
     looked_ns: Looks = _unknown()  # (step,)
 

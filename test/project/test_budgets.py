@@ -40,10 +40,10 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(372, 380, inside("pmwvc_core", "scenes")),
+    "scenes": Room(381, 380, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_881,
+        4_898,
         4_700,
         (
             *inside(
@@ -68,7 +68,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_257,
+        3_270,
         3_000,
         (
             *inside("pmwvc_analysis", "recording", "replay", "*.py"),

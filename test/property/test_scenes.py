@@ -12,10 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
 
+from pmwvc_analysis.export import tables
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_session
+from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.scenes.mujoco_scene import MujocoScene
 from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.simulation.session import simulate
 
 CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup/config/scenes"
 G = 9.81
@@ -232,3 +237,32 @@ def test_bodies_that_overlap_may_settle(tmp_path):
     np.testing.assert_allclose(made.position, 0.0)
     places = held(made, 0.0, 0.5)
     assert np.linalg.norm(places[-1][1]) < 1e-3
+
+
+def test_poses_of_all_bodies_are_recorded_and_exported(tmp_path):
+    """A free box that turns: its pose is that of the scene, in traces, on disk and as a table."""
+    text = """name: a
+controller: pmwvc
+users: 1
+dof: 3
+duration_s: 1.0
+server: {coupling: unknown, environment: mujoco, scene: FILE}
+"""
+    file = Path(written(tmp_path))
+    spun = "<freejoint/></body></worldbody>"
+    body = f'<body name="top" pos="0 0 0.5"><geom size="0.02" mass="0.1"/>{spun}'
+    file.write_text(file.read_text("utf-8").replace("</worldbody>", body), "utf-8")
+    scenario = tmp_path / "a.yaml"
+    scenario.write_text(text.replace("FILE", file.name), "utf-8")
+    traces = simulate([load(str(scenario))])[0]
+    poses = traces.server.poses
+    assert set(poses) == {"box", "top", "pmwvc_user1"}
+    fallen_m = 0.5 - poses["top"][-1, 2]
+    assert fallen_m > 0.3
+    np.testing.assert_allclose(np.linalg.norm(poses["top"][:, 3:], axis=1), 1.0, rtol=1e-9)
+    np.testing.assert_allclose(poses["pmwvc_user1"][:, :3].shape, (len(traces.server.step), 3))
+    record_traces(tmp_path / "session", traces, load(str(scenario)))
+    again = read_session(tmp_path / "session").server.poses
+    assert all((again[name] == rows).all() for name, rows in poses.items())
+    [table] = [each for each in tables(traces) if each.name == "server"]
+    assert table.columns["pose_top"].shape == (len(traces.server.step), 7)

@@ -73,7 +73,7 @@ def server(types):
         f_s=[0.0, 0.0], u_s=[0.0, 0.0], v_s=[0.0, 0.0], state=[2, 0], contact=[np.True_, False],
         energy_u_s=[np.array([0.25]), 0.5], energy_v_s=[0.0, 1.0], kinetic=np.array([2.0]),
         potential=0.5, dissipated=0.125, accounts={"ledger": np.array([1.5])},
-        taken=[(1, 8, 2**64 - 1)], looked=70_000, changes=2,
+        taken=[(1, 8, 2**64 - 1)], looked=70_000, changes=2, poses={"box": [1.0] * 7},
     )  # fmt: skip
 
 

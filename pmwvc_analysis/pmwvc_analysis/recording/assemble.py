@@ -153,11 +153,21 @@ def server_traces(
         energy_v_s=sums("energy_v_s"),
         dissipated=continued(column(steps, "dissipated"), restarts),
         accounts=_accounts(steps),
+        poses=_poses(steps),
         changes=_joined(steps, "changes"),
         looked_ns=_joined(steps, "looked"),
         **signals,
     )
     return traces, column(steps, "lateness"), _taken_by_server(steps, names)
+
+
+def _poses(steps: Sequence[ServerTrace]) -> dict[str, Array]:
+    """Return the poses of the bodies of the last step; recordings of before had none."""
+    bodies = list(getattr(steps[-1], "bodies", ()))
+    rows = [step.poses for step in steps] if bodies else []
+    if not bodies or {len(row) for row in rows} != {7 * len(bodies)}:
+        return {}
+    return dict(zip(bodies, np.reshape(rows, (len(rows), -1, 7)).swapaxes(0, 1), strict=True))
 
 
 def _taken_by_server(steps: Sequence[ServerTrace], users: Sequence[str]) -> dict[str, TakenTraces]:

@@ -170,6 +170,7 @@ def _server_steps(
             looked=int(server.nearest_look_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,
             accounts={name: sums[row] for name, sums in server.accounts.items()},
+            poses={name: rows[row] for name, rows in server.poses.items()},
             lateness=float(late_s[row]),
             **fields,
         )

@@ -9,7 +9,7 @@ server), and leaves with its last packet or after ``release_s`` of silence. Time
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_server
@@ -227,6 +227,13 @@ class ServerEnd(PortEnd):
         p, s = self.p.environment, self.s.environment
         return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
 
+    @property
+    def poses(self) -> Mapping[str, Sequence[float]]:
+        """The bodies of an environment that shows some: x y z [m], quaternion w x y z."""
+        asked = getattr(self.s.environment.body, "environment", None)
+        shown = asked.environment if isinstance(asked, Outside) else None
+        return dict(getattr(shown, "poses", {}))
+
     def _row(self) -> ServerRow:
         """Return all of it, with the energies that the environment counts by name."""
         p, e = self.p.environment, self.s.environment
@@ -237,8 +244,9 @@ class ServerEnd(PortEnd):
             motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
             of_users.append((*motion, port.u_j, port.v_j, shown.touches))
         columns = zip(*of_users, strict=True)
-        signals: dict[str, Any] = dict(zip(ServerRow._fields[-10:-2], columns, strict=True))
+        signals: dict[str, Any] = dict(zip(ServerRow._fields[-11:-3], columns, strict=True))
         accounts = dict(zip(self._accounts, energies, strict=False))
         of_object = value(e.body.x), value(e.body.xd), self.target_m
         sums, state = (kinetic, potential, e.dissipated_j), tuple(self.presence)
-        return ServerRow(*of_object, *sums, **signals, state=state, accounts=accounts)
+        signals |= {"state": state, "accounts": accounts, "poses": self.poses}
+        return ServerRow(*of_object, *sums, **signals)

@@ -113,7 +113,8 @@ def master_trace(
 
 def server_trace(
     types: MessageTypes, *, stamp_ns: int, dof: int, state: Sequence[int], contact: Sequence[bool],
-    taken: Sequence[tuple[int, int, int]], accounts: Mapping[str, Value], **fields: Any,
+    taken: Sequence[tuple[int, int, int]], accounts: Mapping[str, Value],
+    poses: Mapping[str, Sequence[float]], **fields: Any,
 ) -> Any:  # fmt: skip
     """Return one step of the server as a ServerTrace, one entry a user in every sequence;
     ``taken`` has user, number and sender's epoch of each packet taken in; ``fields`` are all
@@ -132,6 +133,8 @@ def server_trace(
         dof=dof,
         state=types.sequence([int(entry) for entry in state], "B"),
         contact=types.sequence([bool(touches) for touches in contact], "?"),
+        bodies=list(poses),
+        poses=types.sequence([float(n) for pose in poses.values() for n in pose], "d"),
         **made,
         **_accounts(types, accounts),
         **_taken(types, "user", taken),

@@ -82,6 +82,7 @@ def _server_trace(message: ServerTrace) -> Iterator[str]:
     wanted = dict.fromkeys(OF_OBJECT, message.dof)
     wanted |= dict.fromkeys(OF_AVATARS, users * message.dof)
     wanted |= dict.fromkeys(("state", "contact", "energy_u_s", "energy_v_s"), users)
+    wanted |= {"poses": 7 * len(message.bodies)} if hasattr(message, "bodies") else {}
     yield from _trace(message, wanted, "user", users)
 
 

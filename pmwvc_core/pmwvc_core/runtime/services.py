@@ -41,11 +41,9 @@ class StartGate:
     def wait(self, stop: threading.Event) -> bool:
         """Wait until started or stopped; return whether started."""
         until_s = time.monotonic() + LONGEST_S
-        while not stop.is_set():
-            if self._open.wait(0.02):
-                if self._joins and not self._found() and time.monotonic() < until_s:
-                    stop.wait(0.02)
-                    continue
+        while not stop.wait(0.02):
+            late = time.monotonic() > until_s
+            if self._open.is_set() and (late or not self._joins or self._found()):
                 return not (self._joins and stop.wait(SETTLE_S))
         return False
 

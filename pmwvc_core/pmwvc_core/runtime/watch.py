@@ -37,8 +37,7 @@ OF_TOKENS = {
 
 class Peers:
     """Watches wave topics by their full names: those of receivers (``inboxes``), and ``own`` ones,
-    which no other node should publish. ``publishers`` returns the nodes of a topic, ``clock`` time
-    [s].
+    which no other node should publish. ``publishers`` returns the nodes of a topic, ``clock`` [s].
     """
 
     def __init__(
@@ -99,8 +98,7 @@ class WrongTokens:
 
 
 def _several(topic: str, names: Sequence[str]) -> list[str]:
-    several = f"{len(names)} publishers on {topic}: {', '.join(names)}"
-    return [several] if len(names) > 1 else []
+    return [f"{len(names)} publishers on {topic}: {', '.join(names)}"] * (len(names) > 1)
 
 
 def nothing_on(topic: str, names: Sequence[str]) -> str:

@@ -48,6 +48,8 @@ class MujocoScene:
         self.model, self.held, self._shown, self.changed = scene_model(setup)
         self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
         self._colliding = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
+        moving = np.flatnonzero(self.model.body_weldid)  # what is welded to the world has 0
+        self._moving = {int(n): self.model.body(n).name or f"body{n}" for n in moving}
         self._whose = np.full(self.model.ngeom, -1)
         for user, held in enumerate(self.held):
             self._whose[list(held.geoms)] = user
@@ -58,6 +60,13 @@ class MujocoScene:
         self._origin = self.data.xipos[self._shown].copy()
         self.position, self.velocity = np.zeros(3), np.zeros(3)
         self._good = self._state()
+
+    @property
+    def poses(self) -> dict[str, list[float]]:
+        """Where the bodies are that move, ``x y z`` [m] and quaternion ``w x y z``, by name."""
+        at = zip(self.data.xpos.tolist(), self.data.xquat.tolist(), strict=True)
+        rows = [[*place, *turned] for place, turned in at]
+        return {name: rows[body] for body, name in self._moving.items()}
 
     def join(self, user: int, position: Array) -> None:
         """Put a finger where the avatar is, ``(3,)`` [m]; a handle is taken where it is."""

@@ -75,7 +75,9 @@ class SteppedSession(VirtualTime):
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
         server, arrays = self.server, empty_steps(self._scenario, 1)
         note_step(server.s, 0, server.p, self._task, *arrays)
-        self.steps.append(Step(tick, now_ns, server.p.period_s, server.changes, arrays))
+        self.steps.append(
+            Step(tick, now_ns, server.p.period_s, server.changes, arrays, server.poses)
+        )
 
     def traces(self) -> SessionTraces:
         """Return what the session leaves behind."""

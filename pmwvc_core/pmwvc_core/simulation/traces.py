@@ -6,7 +6,7 @@ one that ran in bulk (:mod:`.bulk.loop`).
 
 import itertools
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -36,6 +36,7 @@ class Step(NamedTuple):
     period_s: float
     changes: int
     arrays: tuple[Array, Array, Integers]
+    poses: Mapping[str, Sequence[float]]
 
 
 class UserNotes:
@@ -94,6 +95,10 @@ def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> 
         scenario, *arrays, time_s=time_s, looked_ns=np.array(late_ns, dtype=np.int64),
         periods_s=np.array([step.period_s for step in steps], dtype=float),
         changes=np.array([step.changes for step in steps], dtype=np.int64),
+        poses={
+            name: np.array([step.poses[name] for step in steps])
+            for name in (steps[0].poses if steps else ())
+        },
     )  # fmt: skip
 
 
