@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_387,
+        3_394,
         2_500,
         inside(
             "pmwvc_core",
@@ -43,7 +43,7 @@ ROOMS = {
     "scenes": Room(381, 380, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_898,
+        4_891,
         4_700,
         (
             *inside(
@@ -90,7 +90,7 @@ ROOMS = {
             "devices/force_dimension.py",
         ),
     ),
-    "nodes": Room(2_056, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_034, 3_000, ("pmwvc_view",)),
 }
 

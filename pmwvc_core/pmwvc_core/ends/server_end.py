@@ -9,7 +9,7 @@ server), and leaves with its last packet or after ``release_s`` of silence. Time
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_server
@@ -25,7 +25,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
-from pmwvc_core.server.black_box import Call, Outside, directly
+from pmwvc_core.server.black_box import Call, Outside, directly, poses_of
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -227,13 +227,6 @@ class ServerEnd(PortEnd):
         p, s = self.p.environment, self.s.environment
         return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
 
-    @property
-    def poses(self) -> Mapping[str, Sequence[float]]:
-        """The bodies of an environment that shows some: x y z [m], quaternion w x y z."""
-        asked = getattr(self.s.environment.body, "environment", None)
-        shown = asked.environment if isinstance(asked, Outside) else None
-        return dict(getattr(shown, "poses", {}))
-
     def _row(self) -> ServerRow:
         """Return all of it, with the energies that the environment counts by name."""
         p, e = self.p.environment, self.s.environment
@@ -248,5 +241,5 @@ class ServerEnd(PortEnd):
         accounts = dict(zip(self._accounts, energies, strict=False))
         of_object = value(e.body.x), value(e.body.xd), self.target_m
         sums, state = (kinetic, potential, e.dissipated_j), tuple(self.presence)
-        signals |= {"state": state, "accounts": accounts, "poses": self.poses}
+        signals |= {"state": state, "accounts": accounts, "poses": poses_of(e.body)}
         return ServerRow(*of_object, *sums, **signals)

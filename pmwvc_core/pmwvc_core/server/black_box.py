@@ -9,7 +9,7 @@ its own in a live server, and raises ``Unanswered`` where it will not wait any l
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
@@ -161,6 +161,13 @@ def _exchange(
     reply, bad = s.faults.guarded(partial(s.call, ask), (damper, ()))
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply
+
+
+def poses_of(box: Any) -> Mapping[str, Sequence[float]]:
+    """Return the bodies that an environment shows: x y z [m] and quaternion w x y z, by name."""
+    asked = getattr(box, "environment", None)
+    shown = asked.environment if isinstance(asked, Outside) else None
+    return dict(getattr(shown, "poses", {}))
 
 
 def _rows(values: Array) -> Vectors:
