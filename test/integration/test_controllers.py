@@ -66,7 +66,6 @@ CASES = {
         ),
         ({"velocity_filter"}, BRANCHES | LOCAL | POSITION, POSITION),
         changes={
-            "user1": {"master.velocity_filter.share": 0.4},
             "user2": {"master.local_model.stiffness": 800.0, "master.position.gain": 10.0},
             "user3": {"master.position.gain": 10.0},
         },

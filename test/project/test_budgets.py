@@ -43,7 +43,7 @@ ROOMS = {
     "scenes": Room(381, 380, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_891,
+        4_892,
         4_700,
         (
             *inside(

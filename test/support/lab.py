@@ -16,9 +16,9 @@ from support.command_line import ROOT, call
 
 
 def source_of(page):
-    """Return the page of docs/, and the source of the example on it."""
+    """Return the page of docs/, and the source of the first example on it."""
     text = (ROOT / "docs" / page).read_text("utf-8")
-    [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    source = re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0]
     return text, source
 
 

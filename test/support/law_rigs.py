@@ -23,7 +23,7 @@ from pmwvc_core.law.port.master import (
 )
 from pmwvc_core.law.position.feedback import position_in
 from pmwvc_core.law.safety.brakes import loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, Limits, limits, limits_restart
+from pmwvc_core.law.safety.limits import LARGEST, NONE, Limits, limits, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
     environment_step,
@@ -66,7 +66,7 @@ class ForceLimits:
         self.p = limits_params(self.params, *self._times)
 
     def rearm(self):
-        self.s = self.s._replace(faulty=False)
+        self.s = self.s._replace(fault=NONE)
 
     def restart(self):
         self.s = limits_restart(self.s)

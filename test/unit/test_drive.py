@@ -31,11 +31,12 @@ def judged(scenario):
 def pressed(tmp_path, *, from_s, until_s):
     """Return the settings of a hand that presses on the wall for a time."""
     times = np.arange(0.0, 12.0, 0.01)
-    target = np.where((times > from_s) & (times < until_s), 0.02, -0.034)
+    closing, opening = (np.clip((times - at_s) / 0.5, 0.0, 1.0) for at_s in (from_s, until_s))
+    target = 0.02 * (closing - opening)  # from 5 mm in front of it
     file = tmp_path / "target.csv"
     np.savetxt(file, np.c_[times, target], delimiter=",", header="t,x", comments="")
     of = "user1.operator."
-    words = {"kind": "remote", "file": file, "columns": "x", "time_column": "t"}
+    words = {"kind": "playback_motion", "file": file, "columns": "x", "time_column": "t"}
     wall = ("server.contact_stiffness=800", "server.contact_damping=2")
     return *wall, *(f"{of}{name}={value}" for name, value in words.items())
 

@@ -243,7 +243,7 @@ def frame(rig, grid):
     rig.tick(grid)
 
 
-def test_after_a_service_went_away_the_force_rises_from_zero(waiting):
+def test_after_a_service_went_away_the_force_rises_from_zero_once_re_armed(waiting):
     with InverseService() as service, opened(service) as device:
         rig = Rig()
         rig.loop.device = device
@@ -262,7 +262,12 @@ def test_after_a_service_went_away_the_force_rises_from_zero(waiting):
             service.force()
         service.start()
         until(device, 2999 * TICK_NS, lambda: device._form)
-        for grid in range(3000, 4000):
+        for grid in range(3000, 3200):
+            frame(rig, grid)
+        assert {service.force()[1]["x"] for _ in range(200)} == {0.0}
+        assert rig.loop.protocol.state == SafetyState.FAULT
+        rig.loop.protocol.rearm()
+        for grid in range(3200, 4200):
             frame(rig, grid)
         after = [service.force()[1]["x"] for _ in range(1000)]
         steps = np.abs(np.diff(after))

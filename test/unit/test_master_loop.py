@@ -138,7 +138,7 @@ def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monke
     assert rig.wires.sent[-1].flags & FLAG_LEAVING
 
 
-def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again():
+def test_a_silent_device_gets_no_force_and_is_reported_and_after_a_second_needs_to_be_re_armed():
     rig = answered(Rig(), range(8, 800))
     end, forces = rig.loop.protocol, rig.device.forces
     assert forces[-1] > 0.5 and (end.state, end.s.limits.events) == (1, 0)
@@ -153,9 +153,12 @@ def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again():
     assert set(forces[850:]) == {0.0} and end.s.limits.events == 1
     rig.device.sample.fresh = True
     answered(rig, range(1900, 1910))
+    assert end.state == SafetyState.FAULT and forces[-1] == 0.0
+    end.rearm()
+    answered(rig, range(1910, 1920))
     assert end.state == SafetyState.STARTING
     assert 0.0 < forces[-1] < 0.1
-    answered(rig, range(1910, 2500))
+    answered(rig, range(1920, 2500))
     assert end.state == SafetyState.COUPLED and forces[-1] > 0.5
 
 

@@ -17,6 +17,7 @@ from pmwvc_core.controllers.library import accounts_of_user
 from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value, vector
 from pmwvc_core.frame import AT_ONCE, DeviceSample, FrameReport, FrameSchedule, Row
 from pmwvc_core.law.port.master import port_energies, port_signals
+from pmwvc_core.law.safety.limits import NONE
 from pmwvc_core.law.user_tick import NEVER_NS, Sample, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.made.user import changed_user, made_user
@@ -74,7 +75,7 @@ class UserEnd(PortEnd):
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
-        self.s = self.s._replace(limits=self.s.limits._replace(faulty=False))
+        self.s = self.s._replace(limits=self.s.limits._replace(fault=NONE))
 
     def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
         """Return the packet where a frame starts with this tick; None inside a frame, and where

@@ -41,7 +41,7 @@ _MEANT: dict[int, tuple[SafetyState, str]] = {
     causes.RUNAWAY: (FAULT, "faster than {0.fault_velocity:g} m/s: no force until re-armed"),
     causes.OUTSIDE: (DAMPING, "beyond the device's workspace: damping only"),
     causes.DEVICE_SILENT: (DAMPING, "device silent: no force"),
-    causes.DEVICE_LOST: (FAULT, "device silent for more than 1 s: no force"),
+    causes.DEVICE_LOST: (FAULT, "device silent for more than 1 s: no force until re-armed"),
     causes.UNRECEIVED: (DAMPING, "server receives nothing from this user: damping only"),
     causes.LATE: (COUPLED, BRAKING),
 }

@@ -12,9 +12,8 @@ Research software: not a certified safeguard.
   what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` damping and
   brake are let go over ``LET_GO_S``;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
-* **device silent**: no force; after ``LOST_S`` a fault, which ends with the next sample;
-* a value that is not a finite number counts as a force of zero;
-* **fault**: above ``fault_velocity`` the force goes to zero, at the same slew, until ``rearm``.
+* **device silent**: no force; after ``LOST_S`` a fault. Values that are not finite count as zero;
+* **fault**: above ``fault_velocity``, or where the device was lost, no force until ``rearm``.
 
 On the strict channel a brake holds the hand (:mod:`.brakes`). Equations: docs/theory.md 10.2.
 """
@@ -48,7 +47,7 @@ class Limits(NamedTuple):
     quiet: bool = False  # the tick before saw a silence and nothing else
     sensed: bool = False  # the device ever was
     missing_s: float = 0.0  # for how long it has not been
-    faulty: bool = False  # it ran away
+    fault: int = NONE  # it ran away, or was lost
     events: int = 0  # disturbances that began, and stretches of too large a force or change
     disturbed: bool = False  # in the tick before: by damping, a fault or what is not finite
     limited: bool = False
@@ -98,10 +97,12 @@ def limits(
     overdue = silence_s > p.release_s
     silent = active and silence_s > s.silence_s and (interrupted or overdue or not p.brakes)
     fast = active and speed > p.damper_velocity**2
-    faulty = s.faulty or (active and speed > p.fault_velocity**2)
+    runs_away = active and speed > p.fault_velocity**2
+    found = RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE
+    fault = s.fault if s.fault != NONE else found
     outside = active and not within(x, p.reach)
     damped, released = silent or fast or outside, silent and overdue
-    force = active and good and not faulty
+    force = active and good and fault == NONE
     gain, push, returns = _faded(s, force, damped, fast, released, p)
     ready = s.ready or (gain >= 1.0 and not damped)
     if fast or outside or (silent and not p.brakes):  # what opposes the motion, and what is left
@@ -121,8 +122,7 @@ def limits(
     limited = limited and force and not damped
     events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
     cause = (  # the first of these that there is
-        RUNAWAY if faulty else
-        DEVICE_LOST if lost else DEVICE_SILENT if gone else
+        fault if fault != NONE else DEVICE_LOST if lost else DEVICE_SILENT if gone else
         WAITING if not active else NOT_FINITE if not good else
         RELEASED if released else SILENT if silent else
         OUTSIDE if outside else TOO_FAST if fast else
@@ -132,7 +132,7 @@ def limits(
     quiet = silent and not (fast or outside)
     s = Limits(
         applied, brake, s.silence_s, gain, push, ready, damped, returns, quiet, ever, missing_s,
-        faulty, events, disturbed, limited, cause,
+        fault, events, disturbed, limited, cause,
     )  # fmt: skip
     return s, applied
 
