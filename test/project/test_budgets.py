@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_969, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_394,
+        3_395,
         2_500,
         inside(
             "pmwvc_core",
@@ -63,7 +63,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_093,
+        4_088,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

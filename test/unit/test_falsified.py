@@ -151,7 +151,7 @@ def test_remainders_are_named():
     lines = [
         words for _, words in budget_lines(found, {"active": [], "passivity": {"passive": True}})
     ]
-    assert any("others leave" in words and "in the environment" in words for words in lines)
+    assert any("other parts leave" in words and "in the environment" in words for words in lines)
     labels = [label for label, _ in found.rows()]
     assert "dissipated in the environment (remainder)" in labels
     # the control: with the loop solved and exact sensors every part is computed for itself

@@ -25,13 +25,7 @@ from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Balance, Finding, server_allowance_j, together
 from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import (
-    AGAIN,
-    Unjudged,
-    of_server,
-    skips,
-    starts,
-)
+from pmwvc_analysis.traces.holes import AGAIN, Unjudged, of_server, skips, starts
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import listed, quantity, share
@@ -204,7 +198,8 @@ def budget_lines(found: Budget, summary: dict[str, Any]) -> list[tuple[bool | No
         text = f"The energy budget does not close: {residual} are not explained."
     lines: list[tuple[bool | None, str]] = [(found.closes, text)]
     if parts := list(dict.fromkeys(words_of(each.part) for each in found.remainders)):
-        lines.append((None, f"What the others leave, with their errors: {listed(parts)}."))
+        why = "computed as what the other parts leave, so that their errors do not show"
+        lines.append((None, f"{listed(parts).capitalize()}: {why}."))
     lines += [(None if passive else False, f"{each}.") for each in active]
     if passive and not active:
         limit = quantity(found.findings[0].tolerance_j, "J")

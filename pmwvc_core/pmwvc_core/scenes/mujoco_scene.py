@@ -15,7 +15,7 @@ passive; the ledger of the port holds on top (:mod:`pmwvc_core.law.black_box.com
 
 A finger that touches nothing moves as the port alone would move it, without the gram's force. Who
 is not there is held still and touches nothing. A finger that comes in within another body
-passes through it until it is outside.
+passes through it until it is outside. Equations: docs/theory.md 5.16.
 """
 
 import math

@@ -5,7 +5,8 @@ its calls, and one behind the port of :mod:`pmwvc_core.law.black_box`, contained
 every port is a matched damper for that step.
 
 Waiting is not decided here: a ``Call`` runs the exchange, directly in a simulation, in a thread of
-its own in a live server, and raises ``Unanswered`` where it will not wait any longer.
+its own in a live server, and raises ``Unanswered`` where it will not wait any longer. Equation of
+an answer to an impedance: docs/theory.md 5.15.
 """
 
 from collections import deque
