@@ -137,7 +137,17 @@ def test_options_reach_the_session(simulated):
 )
 def test_the_check_makes_the_verdict_the_exit_code(pmwvc, tmp_path, settings, code, words):
     options = [word for setting in settings for word in ("--set", setting)]
-    words_of = ("simulate", "wall", "--duration", "4", "--out", "short", "--check", *options)
+    words_of = (
+        "simulate",
+        "wall",
+        "--duration",
+        "4",
+        "--out",
+        "short",
+        "--check",
+        "--no-figures",
+        *options,
+    )
     first = call(*words_of, cwd=tmp_path)
     assert first.returncode == code, first.stdout
     assert words in first.stdout
@@ -190,6 +200,11 @@ def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
     written = yaml.safe_load((tmp_path / "tuned.yaml").read_text("utf-8"))
     assert written["master"]["impedance"] == pytest.approx(best["master.impedance"], abs=0.01)
     assert written["name"] == "tuned" and written["description"].startswith("wall as tuned: ")
-    assert pmwvc("simulate", "tuned.yaml", "--duration", "0.5", "--out", "it").returncode == 0
+    assert (
+        pmwvc(
+            "simulate", "tuned.yaml", "--duration", "0.5", "--no-figures", "--out", "it"
+        ).returncode
+        == 0
+    )
     assert "is there already" in refused(pmwvc("tune", "wall", "--out", "tuned.yaml"))
     assert "must end in .yaml" in refused(pmwvc("tune", "wall", "--out", "tuned.txt"))

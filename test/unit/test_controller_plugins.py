@@ -32,7 +32,7 @@ FOUR = ("--set", "controller=four_channel")
 def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
     out = tmp_path / "one"
     words = ["carry_0ms", *FOUR, "--set", "user2.four_channel.forward=0.3", "--duration", "2"]
-    result = pmwvc("simulate", *words, "--out", out)
+    result = pmwvc("simulate", *words, "--no-figures", "--out", out)
     assert result.returncode == 0, result.stderr
     assert "Four channels: positions, velocities and forces both ways" in result.stdout
     assert "  Stable: spectral radius" in result.stdout
@@ -98,7 +98,8 @@ def test_an_environment_of_another_package_has_parameters(tmp_path):
     for damping in (4, 8):
         out = tmp_path / f"with_{damping}"
         words = ["wall_slow", "--set", "server.environment=jelly", "--duration", "3"]
-        result = run("simulate", *words, "--set", f"jelly.damping={damping}", "--out", out)
+        of = f"jelly.damping={damping}"
+        result = run("simulate", *words, "--set", of, "--no-figures", "--out", out)
         assert result.returncode == 0, result.stderr
         summary = json.loads((out / "summary.json").read_text("utf-8"))
         forces.append(summary["users"][0]["force_peak_n"])

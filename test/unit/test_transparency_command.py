@@ -99,7 +99,7 @@ def test_a_recorded_session_stands_beside_its_model(tmp_path, channel):
     }
     settings["channel"] = channel
     words = [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
-    done = run("simulate", "wall", "--duration", 14, "--out", session, *words)
+    done = run("simulate", "wall", "--duration", 14, "--no-figures", "--out", session, *words)
     assert done.returncode == 0, done.stderr
     done = run("transparency", session, "--out", out, "--json")
     assert done.returncode == 0, done.stderr
