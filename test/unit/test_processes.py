@@ -16,8 +16,8 @@ from pmwvc_bringup.scenarios import load
 from pmwvc_bringup.session import runner
 from pmwvc_bringup.session.processes import Children
 
-# A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM. It looks again and
-# again: a signal right before signal.pause() would be lost on it.
+# A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM. It wakes again
+# and again: a signal right before signal.pause() would be lost on it.
 OBEYS = "import time\nprint('ready', flush=True)\nwhile True: time.sleep(0.01)"
 REFUSES = (
     "import signal\n"
