@@ -40,10 +40,10 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(381, 380, inside("pmwvc_core", "scenes")),
+    "scenes": Room(363, 380, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_892,
+        4_891,
         4_700,
         (
             *inside(
@@ -63,7 +63,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_088,
+        4_087,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

@@ -11,41 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
+from support.scenes import CONFIG, scene, written
 
 from pmwvc_analysis.export import tables
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.scenes.mujoco_scene import MujocoScene
-from pmwvc_core.server.black_box import EnvironmentSetup
 from pmwvc_core.simulation.session import simulate
 
-CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup/config/scenes"
 G = 9.81
-BOX = """<mujoco><option gravity="{gravity}"/><worldbody>
-  <geom name="table" type="box" size="0.3 0.3 0.01" pos="0 0 -0.0401"/>
-  <body name="box"><freejoint/>
-    <geom name="box" type="box" size="0.03 0.03 0.03" mass="{mass}" friction="{mu} 0.005 0.0001"/>
-  </body></worldbody></mujoco>"""
-
-
-def written(folder, *, mass=0.2, mu=1.0, gravity="0 0 -9.81"):
-    """Write a box on a table whose faces are 30 mm from the origin; return the file's name."""
-    file = Path(folder) / "box.xml"
-    file.write_text(BOX.format(mass=mass, mu=mu, gravity=gravity), "utf-8")
-    return str(file)
-
-
-def scene(file, users=2, **values):
-    """Return a scene with all fingers at the faces of the box, sides by turns."""
-    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file), **values)
-    sides = tuple(-1 if user % 2 == 0 else 1 for user in range(users))
-    made = MujocoScene(EnvironmentSetup(3, 0.008, sides, server, (ContactParams(),) * users))
-    for user, side in enumerate(sides):
-        made.join(user, np.array([0.0301 * side, 0.012 * (user // 2), 0.0]))
-    return made
 
 
 def held(made, squeeze, seconds, *, b=8.0, rise_m=0.0, stiffness=300.0):
@@ -191,43 +166,6 @@ def test_the_same_waves_give_the_same_scene_to_the_bit(tmp_path):
             made.meet(rng.normal(0.0, 2.0, (4, 3)), np.full(4, 12.0), 0.008)
         runs.append(made.data.qpos.copy())
     assert (runs[0] == runs[1]).all()
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"scene": ""}, "server.scene is empty: name the scene's MJCF file (.xml)"),
-        ({"scene": "nowhere.xml"}, "server.scene = 'nowhere.xml': there is no such file"),
-        ({"handles": "bix, box"}, "no body is named 'bix'; did you mean"),
-        ({"handles": "box"}, "server.handles = 'box': 1 bodies for 2 users"),
-        ({"handles": "box, box"}, "must be a child of worldbody without joints"),
-    ],
-)
-def test_a_scene_that_cannot_be_used_is_refused_with_a_way_out(tmp_path, values, words):
-    given_values = {"scene": written(tmp_path), **values}
-    with pytest.raises(ParameterError) as caught:
-        scene(given_values.pop("scene"), **given_values)
-    assert words in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("<body", "<bady", "Line number=3"),
-        ('name="table"', 'name="table" material="oak"', "oak"),
-        ("-0.0401", "-0.03", "'table' and 'box' overlap"),
-        ("<option", '<option timestep="0.05"', "its timestep of 0.05 s is longer than"),
-        ('mass="0.2"', 'mass="20000"', "'box' has 1e+05 times the mass of 'pea'"),
-    ],
-)
-def test_a_scene_file_that_is_wrong_is_refused_with_a_way_out(tmp_path, old, new, words):
-    file = Path(written(tmp_path))
-    pea = '<body name="pea" pos="0 0 1"><freejoint/><geom size="0.01" mass="0.2"/></body>'
-    text = file.read_text("utf-8").replace("</worldbody>", f"{pea}</worldbody>")
-    file.write_text(text.replace(old, new, 1), "utf-8")
-    with pytest.raises(ParameterError) as caught:
-        scene(file)
-    assert words in str(caught.value)
 
 
 def test_bodies_that_overlap_may_settle(tmp_path):

@@ -65,9 +65,8 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
         first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
         joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
-        off_m = np.linalg.norm(
-            moved - moved[joined], axis=-1
-        )  # an avatar of a later stay begins anew
+        # an avatar of a later stay begins anew
+        off_m = np.linalg.norm(moved - moved[joined], axis=-1)
         way_m = np.linalg.norm(user.x_m - user.x_m[0], axis=-1)[user.rows_at(server.time_s)]
         gone = off_m > np.maximum(th.LOST_M, th.LOST_SHARE * np.fmax.accumulate(way_m))
         lasting = (server.time_s[rows] for rows in spans(gone & there))

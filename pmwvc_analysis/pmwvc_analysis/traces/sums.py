@@ -86,7 +86,7 @@ def beyond(values: Array, period_s: float, band_hz: float) -> Array:
 
     Its ends are continued by reflection in its last point: a force that ends in a slope goes on.
     """
-    return _analytic(values, period_s, band_hz, "odd").real
+    return _above(values, period_s, band_hz, "odd", 1.0)[0]
 
 
 def powers(values: Array, period_s: float, band_hz: float) -> tuple[Array, Array]:
@@ -97,20 +97,21 @@ def powers(values: Array, period_s: float, band_hz: float) -> tuple[Array, Array
     The ends are mirrored, which keeps the mean: an oscillation ends anywhere in its cycle, and
     reflected in that point it would swing about it.
     """
-    fast = _analytic(values, period_s, band_hz, "even")
-    slow = values - fast.real
-    return 0.5 * np.sum(np.abs(fast) ** 2, axis=-1), np.sum(slow**2, axis=-1)
+    fast, later = _above(values, period_s, band_hz, "even", 1.0, -1j)  # by a quarter of a cycle
+    beyond_it = 0.5 * np.sum(fast**2 + later**2, axis=-1)
+    return beyond_it, np.sum((values - fast) ** 2, axis=-1)
 
 
-def _analytic(
-    values: Array, period_s: float, band_hz: float, ends: Literal["odd", "even"]
-) -> Array:
-    """Return the part above a frequency, and as imaginary part the same a quarter of a cycle
-    later. Behind the end it goes on as far as makes a length that is transformed fast.
+def _above(
+    values: Array, period_s: float, band_hz: float, ends: Literal["odd", "even"],
+    *factors: complex,
+) -> list[Array]:  # fmt: skip
+    """Return the part above a frequency for each factor of its spectrum. Behind the end the
+    signal goes on as far as makes a length that is transformed fast.
     """
     rows = len(values)
     if band_hz * period_s >= HIGHEST or rows < 30:
-        return np.zeros_like(values, complex)
+        return [np.zeros_like(values) for _ in factors]
     pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
     count = next_fast_len(rows + 2 * pad, real=True)
     wide = [(pad, count - rows - pad), *[(0, 0)] * (values.ndim - 1)]
@@ -118,5 +119,4 @@ def _analytic(
     ratio = rfftfreq(count, period_s) / band_hz
     passed = ratio**8 / (1.0 + ratio**8)
     spectrum = rfft(whole, axis=0) * passed.reshape(-1, *[1] * (values.ndim - 1))
-    both = irfft(spectrum, count, axis=0) + 1j * irfft(-1j * spectrum, count, axis=0)
-    return np.asarray(both[pad : pad + rows])
+    return [irfft(factor * spectrum, count, axis=0)[pad : pad + rows] for factor in factors]

@@ -49,7 +49,6 @@ class SceneModel(NamedTuple):
     model: Any
     held: tuple[Grasp, ...]
     shown: int  # the first body that moves; 0, the world, where none does
-    changed: tuple[str, ...]  # options that were written into it
 
 
 def import_mujoco() -> Any:
@@ -87,35 +86,26 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         body.gravcomp = 1.0
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
-    changed = _options(mujoco, spec, setup.period_s, where)
+    _set_options(mujoco, spec.option, setup.period_s, where)
     try:
         model = spec.compile()
     except ValueError as error:
         raise ParameterError(f"{where}: {error}") from None
-    _check_masses(model, where)
+    fingers = set() if server.handles else {body.id for body in bodies}
+    _check_masses(model, fingers, where)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     shown = movable.id if movable else 0
     held = []
     for user, body in enumerate(bodies):
         at = model.body(body.id)
-        first, dof, geom = (
-            int(model.jnt_qposadr[at.jntadr[0]]),
-            int(at.dofadr[0]),
-            int(at.geomadr[0]),
-        )
+        first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
+        geoms = tuple(geom.id for geom in body.geoms)
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
         home = data.xipos[shown] + out - data.xpos[body.id]
-        held.append(
-            Grasp(
-                slice(first, first + 3),
-                slice(dof, dof + 3),
-                tuple(range(geom, geom + int(at.geomnum[0]))),
-                not server.handles,
-                home,
-            )
-        )
-    return SceneModel(model, tuple(held), shown, changed)
+        slides = slice(first, first + 3), slice(dof, dof + 3)
+        held.append(Grasp(*slides, geoms, not server.handles, home))
+    return SceneModel(model, tuple(held), shown)
 
 
 def _read(mujoco: Any, file: str, where: str) -> Any:
@@ -161,9 +151,8 @@ def _finger(mujoco: Any, spec: Any, user: int, radius_m: float) -> Any:
     return body
 
 
-def _options(mujoco: Any, spec: Any, period_s: float, where: str) -> tuple[str, ...]:
-    """Write what the file leaves as MuJoCo has it; return what was changed."""
-    option, changed = spec.option, []
+def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> None:
+    """Write what the file leaves as MuJoCo has it."""
     if option.timestep > period_s:
         raise ParameterError(
             f"{where}: its timestep of {option.timestep:g} s is longer than server.period_s = "
@@ -171,20 +160,16 @@ def _options(mujoco: Any, spec: Any, period_s: float, where: str) -> tuple[str, 
         )
     if option.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        changed.append("cone elliptic")
     if option.impratio == 1.0:
         option.impratio = IMPRATIO
-        changed.append(f"impratio {IMPRATIO:g}")
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return tuple(changed)
 
 
-def _check_masses(model: Any, where: str) -> None:
-    own = {number for number in range(model.nbody) if model.body(number).name.startswith("pmwvc_")}
-    masses = {n: float(model.body_mass[n]) for n in range(1, model.nbody) if n not in own}
-    masses = {n: mass for n, mass in masses.items() if mass > 0.0}
-    if masses and max(masses.values()) > LARGEST_RATIO * min(masses.values()):
-        heavy, light = (model.body(pick(masses, key=masses.__getitem__)) for pick in (max, min))
+def _check_masses(model: Any, fingers: set[int], where: str) -> None:
+    bodies = [model.body(number) for number in range(1, model.nbody) if number not in fingers]
+    heavy = max(bodies, key=lambda body: body.mass[0], default=None)
+    light = min((body for body in bodies if body.mass[0]), key=lambda b: b.mass[0], default=None)
+    if heavy and light and heavy.mass[0] > LARGEST_RATIO * light.mass[0]:
         raise ParameterError(
             f"{where}: {heavy.name!r} has {heavy.mass[0] / light.mass[0]:.3g} times the mass of "
             f"{light.name!r}; above {LARGEST_RATIO:g} contacts are not solved: change a mass"

@@ -45,7 +45,7 @@ class MujocoScene:
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         self._mujoco = import_mujoco()
-        self.model, self.held, self._shown, self.changed = scene_model(setup)
+        self.model, self.held, self._shown = scene_model(setup)
         self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
         self._colliding = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
         moving = np.flatnonzero(self.model.body_weldid)  # what is welded to the world has 0
@@ -55,7 +55,7 @@ class MujocoScene:
             self._whose[list(held.geoms)] = user
         self._there, self._inside = [False] * setup.users, [False] * setup.users
         for user in range(setup.users):
-            self._let_go(user)
+            self.leave(user)
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
         self.position, self.velocity = np.zeros(3), np.zeros(3)
@@ -78,7 +78,11 @@ class MujocoScene:
 
     def leave(self, user: int) -> None:
         """Hold still what a user held."""
-        self._let_go(user)
+        held = self.held[user]
+        self._there[user] = False
+        self.data.qvel[held.dofs] = self.data.qfrc_applied[held.dofs] = 0.0
+        self._weigh(held, STILL_KG)
+        self._touches(held, False)
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
         """Go on by ``dt`` [s] with ``f = drive - impedance v`` at every port; return the mean
@@ -104,22 +108,15 @@ class MujocoScene:
             self._mujoco.mj_step(model, data)
             touched.update(self._whose[data.contact.geom].ravel().tolist())
         self._require_motion()
-        for user in set(range(len(self.held))) - touched:
-            if self._there[user] and self.held[user].is_finger:
-                data.qpos[self.held[user].qpos] = before[user] + dt * drive[user] / impedance[user]
-                data.qvel[self.held[user].dofs] = drive[user] / impedance[user]
+        for user, held in enumerate(self.held):
+            if self._there[user] and held.is_finger and user not in touched:
+                free = drive[user] / impedance[user]
+                data.qpos[held.qpos], data.qvel[held.dofs] = before[user] + dt * free, free
         self._mujoco.mj_kinematics(model, data)
         position = data.xipos[self._shown] - self._origin
         self.position, self.velocity = position, (position - self.position) / dt
         after = np.array([data.qpos[held.qpos] for held in self.held])
         return np.asarray((after - before) / dt)
-
-    def _let_go(self, user: int) -> None:
-        held = self.held[user]
-        self._there[user] = False
-        self.data.qvel[held.dofs] = self.data.qfrc_applied[held.dofs] = 0.0
-        self._weigh(held, STILL_KG)
-        self._touches(held, False)
 
     def _weigh(self, held: Grasp, armature_kg: float) -> None:
         """Set an armature, and what MuJoCo derives from it for the weights of contacts."""

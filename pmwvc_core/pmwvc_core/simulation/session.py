@@ -16,7 +16,6 @@ from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.scenario.names import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.black_box import poses_of
 from pmwvc_core.simulation.bulk.loop import note_step
 from pmwvc_core.simulation.bulk.run import empty_steps, loops_of, run
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions, add_link
@@ -76,8 +75,8 @@ class SteppedSession(VirtualTime):
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
         server, arrays = self.server, empty_steps(self._scenario, 1)
         note_step(server.s, 0, server.p, self._task, *arrays)
-        poses = poses_of(server.s.environment.body)
-        self.steps.append(Step(tick, now_ns, server.p.period_s, server.changes, arrays, poses))
+        of_step = tick, now_ns, server.p.period_s, server.changes, arrays, row.poses
+        self.steps.append(Step(*of_step))
 
     def traces(self) -> SessionTraces:
         """Return what the session leaves behind."""

@@ -11,7 +11,7 @@ rendered damping b, held for a tick T on a mass m, then acts on the velocity of 
 All answers that wait are taken and the newest counts. It was measured when its message was sent,
 or later: ``measured_ns`` is the tick of that message. A service without an answer for a second, or
 without a connection, is called again every second; meanwhile samples are invalid, so that the loop
-renders no force, which rises from zero afterwards.
+renders no force; after a second of that its fault lasts until it is re-armed.
 
 Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports basis, mount and
 filters in the snapshot with which it begins. Its axes: x right, y forward, z up.

@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""MuJoCo scenes of tests: a box on a table, and a scene with users in it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.scenes.mujoco_scene import MujocoScene
+from pmwvc_core.server.black_box import EnvironmentSetup
+
+CONFIG = Path(__file__).resolve().parents[2] / "pmwvc_bringup/config/scenes"
+BOX = """<mujoco><option gravity="{gravity}"/><worldbody>
+  <geom name="table" type="box" size="0.3 0.3 0.01" pos="0 0 -0.0401"/>
+  <body name="box"><freejoint/>
+    <geom name="box" type="box" size="0.03 0.03 0.03" mass="{mass}" friction="{mu} 0.005 0.0001"/>
+  </body></worldbody></mujoco>"""
+
+
+def written(folder, *, mass=0.2, mu=1.0, gravity="0 0 -9.81"):
+    """Write a box on a table whose faces are 30 mm from the origin; return the file's name."""
+    file = Path(folder) / "box.xml"
+    file.write_text(BOX.format(mass=mass, mu=mu, gravity=gravity), "utf-8")
+    return str(file)
+
+
+def scene(file, users=2, **values):
+    """Return a scene with all fingers at the faces of the box, sides by turns."""
+    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file), **values)
+    sides = tuple(-1 if user % 2 == 0 else 1 for user in range(users))
+    made = MujocoScene(EnvironmentSetup(3, 0.008, sides, server, (ContactParams(),) * users))
+    for user, side in enumerate(sides):
+        made.join(user, np.array([0.0301 * side, 0.012 * (user // 2), 0.0]))
+    return made
