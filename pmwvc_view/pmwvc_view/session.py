@@ -123,8 +123,9 @@ class Session(ABC):
         self, now_ns: int, others: Mapping[str, Any] | None = None
     ) -> Sequence[Snapshot]:
         """Return the snapshots up to now [ns]; ``others``: more values by column."""
-        targets = {f"{user}.target": place for user, place in self._places.items()}
-        held = {f"{user}.held": place is not None for user, place in self._places.items()}
+        places = {user: self._places.get(user) for user in self.remote}
+        targets = {f"{user}.target": place for user, place in places.items()}
+        held = {f"{user}.held": place is not None for user, place in places.items()}
         self._feed.others = {**self._lags, **(others or {}), **targets, **held}
         return self._feed.rows(now_ns)
 
