@@ -194,9 +194,10 @@ def run_live(scenario, ticks, poll=16):
     """Return feed and rows of a scenario that is simulated as for a page."""
     layout = Layout([user.name for user in scenario.users], scenario.dof)
     feed, rows = Feed(layout, scenario, period_ns=poll * MS), []
-    simulation = Simulation(scenario, feed)
+    simulation = Simulation(scenario)
+    feed.tape.zero(0)
     for tick in range(poll, ticks + 1, poll):
-        simulation.step_to(tick)
+        simulation.step_to(tick, feed)
         rows += feed.rows(tick * MS)
     return layout, feed, rows
 

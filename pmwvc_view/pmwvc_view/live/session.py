@@ -33,7 +33,7 @@ class LiveSession(Session):
         self._duration_s, self.report = about.duration_s or None, about.report
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
-        self._show(scenario, exact)
+        self._show(scenario, exact, {})
         self._inlets = Inlets(node, graph, TraceReader(self._feed.tape, dof=scenario.dof))
         self._hands = {
             user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")

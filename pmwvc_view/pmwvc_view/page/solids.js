@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 PMWVC contributors
+// SPDX-License-Identifier: Apache-2.0
+// Shapes as triangles: their corners and normals [m], about the shape's middle, z along its axis.
+
+import { halves } from "./bodies.js";
+
+const AROUND = 32;
+const ENDLESS_M = 2; // half of a plane that has no end
+const CUBE = [[0, 2, 3, 1], [5, 7, 6, 4], [1, 5, 4, 0], [2, 6, 7, 3], [0, 4, 6, 2], [3, 7, 5, 1]];
+
+/** Positions and normals of a shape. */
+export function solid(shape) {
+  const { kind, size: [a, b], points, faces } = shape;
+  if (kind === "mesh") return flat(points, faces);
+  if (kind === "capsule") return lathe([...arc(a, 0, 1, b), ...arc(a, 1, 2, -b)]);
+  if (kind === "cylinder") return lathe([[0, b], [a, b], [a, -b], [0, -b]], true);
+  if (kind === "sphere") return lathe(arc(a, 0, 2, 0));
+  if (kind === "ellipsoid") return stretched(lathe(arc(1, 0, 2, 0)), halves(shape));
+  if (kind === "plane") return flat([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [x * (a || ENDLESS_M), y * (b || ENDLESS_M), 0]), [[0, 1, 2], [0, 2, 3]]);
+  const half = halves(shape);
+  const corners = Array.from({ length: 8 }, (_, i) => half.map((each, axis) => ((i >> axis) & 1 ? each : -each)));
+  return flat(corners, CUBE.flatMap(([p, q, r, s]) => [[p, q, r], [p, r, s]]));
+}
+
+/** Quarters of a circle in the plane of an axis: radius and height, from its top on. */
+function arc(radius, from, to, height) {
+  const count = (AROUND / 4) * (to - from);
+  return Array.from({ length: count + 1 }, (_, i) => {
+    const angle = (Math.PI / 2) * (from + (i / count) * (to - from));
+    return [radius * Math.sin(angle), height + radius * Math.cos(angle)];
+  });
+}
+
+/** Triangles of plane faces, each with a normal of its own. */
+function flat(points, faces) {
+  const position = [], normal = [];
+  for (const face of faces) {
+    const [p, q, r] = face.map((i) => points[i]);
+    const [u, v] = [q, r].map((each) => each.map((value, axis) => value - p[axis]));
+    const across = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    const length = Math.hypot(...across) || 1;
+    for (const point of [p, q, r]) {
+      position.push(...point);
+      normal.push(...across.map((each) => each / length));
+    }
+  }
+  return { position, normal };
+}
+
+/** A profile of radius and height, from the top on, turned about the axis; `edged`: with its edges, else smooth. */
+function lathe(profile, edged = false) {
+  const position = [], normal = [];
+  const across = ([r0, z0], [r1, z1]) => [z0 - z1, r1 - r0];
+  const at = (i) => across(profile[Math.max(0, i - 1)], profile[Math.min(profile.length - 1, i + 1)]);
+  for (let i = 1; i < profile.length; i += 1) {
+    const [top, bottom] = [profile[i - 1], profile[i]];
+    const [n0, n1] = edged ? Array(2).fill(across(top, bottom)) : [at(i - 1), at(i)];
+    for (let k = 0; k < AROUND; k += 1) {
+      const corner = ([r, z], [n, m], step) => {
+        const angle = (2 * Math.PI * (k + step)) / AROUND, length = Math.hypot(n, m) || 1;
+        position.push(r * Math.cos(angle), r * Math.sin(angle), z);
+        normal.push((n * Math.cos(angle)) / length, (n * Math.sin(angle)) / length, m / length);
+      };
+      for (const [point, way, step] of [[top, n0, 0], [bottom, n1, 0], [bottom, n1, 1], [top, n0, 0], [bottom, n1, 1], [top, n0, 1]]) corner(point, way, step);
+    }
+  }
+  return { position, normal };
+}
+
+function stretched({ position, normal }, by) {
+  return { position: position.map((each, i) => each * by[i % 3]), normal: normal.map((each, i) => each / by[i % 3]) };
+}
