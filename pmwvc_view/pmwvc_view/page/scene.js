@@ -17,6 +17,7 @@ const AVATAR_PX = 9;
 const DOCK_PX = 24; // from the top: where the link of a hand begins, where handles are in the scene
 const LANE_PX = 36; // between users of one side, where there is one axis
 const LONGEST_PX = 84; // of a force arrow: the user's limit
+const LEAST_N = 0.05;
 const GRID_M = 0.05;
 const AROUND = 1.3; // how much more is shown than moves
 
@@ -231,7 +232,7 @@ export class Scene {
   force(place, force, limit, colour, rim, amount = false) {
     const { context, camera } = this;
     const size = Math.hypot(...force);
-    if (!(size > 0.02)) return;
+    if (!(size > LEAST_N)) return;
     const zero = camera.project([0, 0, 0].slice(0, camera.dof)), tip = camera.project(force.map((each) => (each / size) * 0.01));
     const [dx, dy] = [tip.x - zero.x, tip.y - zero.y].map((each) => each / (0.01 * camera.scale));
     const length = LONGEST_PX * Math.min(1, size / (limit || 8));

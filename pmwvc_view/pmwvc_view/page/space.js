@@ -13,12 +13,17 @@ import { Renderer } from "./vendor/ogl/core/Renderer.js";
 import { Transform } from "./vendor/ogl/core/Transform.js";
 
 const GHOST = 0.3; // how much is seen of what is not there, or not yet
+const SHADE = 0.16; // how dark a shadow is
+const LAMP = [0.3, -0.4, 1]; // the way to it
+const FLOOR_M = 0.02; // below all that there is
 const VERTEX = `#version 300 es
 in vec3 position, normal;
 uniform mat4 modelMatrix, viewMatrix, projectionMatrix;
+uniform float ground, shadow; // height on which a shadow falls; 1: this is one
 out vec3 across, place;
 void main() {
   vec4 at = modelMatrix * vec4(position, 1.0);
+  at.xyz -= shadow * (at.z - ground) * vec3(${LAMP}) / ${LAMP[2].toFixed(1)};
   across = mat3(modelMatrix) * normal;
   place = at.xyz;
   gl_Position = projectionMatrix * viewMatrix * at;
@@ -29,20 +34,18 @@ in vec3 across, place;
 uniform vec3 cameraPosition, colour;
 uniform float alpha;
 out vec4 seen;
-const vec3 LAMP = normalize(vec3(0.4, -0.6, 1.0));
 void main() {
-  vec3 eye = normalize(cameraPosition - place), n = normalize(across);
-  n = dot(n, eye) < 0.0 ? -n : n;
-  float light = 0.6 + 0.12 * n.z + 0.32 * max(dot(n, LAMP), 0.0);
-  float shine = 0.18 * pow(max(dot(n, normalize(LAMP + eye)), 0.0), 40.0);
-  seen = vec4(colour * light + shine, alpha);
+  vec3 n = normalize(across);
+  n = dot(n, cameraPosition - place) < 0.0 ? -n : n;
+  float light = 0.58 + 0.1 * n.z + 0.32 * max(dot(n, normalize(vec3(${LAMP}))), 0.0);
+  seen = vec4(colour * light, alpha);
 }`;
 
 let renderer; // of the page's canvas, once one was made; null: there is no WebGL
 
 function rendererOf(canvas) {
   if (renderer === undefined) {
-    const asked = { depth: true, antialias: true, alpha: false };
+    const asked = { depth: true, stencil: true, antialias: true, alpha: false };
     renderer = canvas.getContext("webgl2", asked) ? new Renderer({ ...asked, canvas, dpr: 1 }) : null;
     canvas.removeAttribute("style"); // its size is the style sheet's
     canvas.addEventListener("webglcontextlost", () => { renderer = null; });
@@ -50,6 +53,7 @@ function rendererOf(canvas) {
   return renderer;
 }
 
+const ends = (points, most) => [0, 1, 2].map((axis) => most(...points.map((point) => point[axis])));
 const rgb = (text) => [1, 3, 5].map((from) => Number.parseInt(text.slice(from, from + 2), 16) / 255);
 
 export class Space {
@@ -62,13 +66,19 @@ export class Space {
     const { gl } = renderer;
     Object.assign(this, { canvas, bodies, gl, root: new Transform(), eye: new Camera(gl) });
     this.eye.matrixAutoUpdate = false;
-    const program = (transparent) => new Program(gl, {
+    const program = (transparent, shadow = 0) => new Program(gl, {
       vertex: VERTEX, fragment: FRAGMENT, cullFace: false, transparent, depthWrite: !transparent,
-      uniforms: { colour: { value: [0, 0, 0] }, alpha: { value: 1 } },
+      uniforms: { colour: { value: [0, 0, 0] }, alpha: { value: 1 }, ground: { value: 0 }, shadow: { value: shadow } },
     });
     this.programs = [program(false), program(true)];
+    this.shade = program(true, 1);
+    this.shade.setStencilFunc(gl.EQUAL, 0, 255); // no place is darkened twice
+    this.shade.setStencilOp(gl.KEEP, gl.KEEP, gl.INCR);
     this.nodes = canvas.bodies = new Map(); // by the name of their body
-    for (const shape of bodies.shapes) this.add(shape, this.node(shape.body));
+    for (const shape of bodies.shapes) {
+      const mesh = this.add(shape, this.node(shape.body));
+      if (!bodies.fixed[shape.body]) this.shadow(mesh, shape.body);
+    }
     this.goal = new Transform();
     this.goal.setParent(this.root);
     for (const shape of bodies.shapes) if (shape.body === bodies.carried) this.add(shape, this.goal, GHOST);
@@ -109,16 +119,38 @@ export class Space {
     });
   }
 
+  /** The shadow of a mesh on what is below its body. */
+  shadow({ geometry, position, quaternion, parent }, body) {
+    const mesh = new Mesh(this.gl, { geometry, program: this.shade, frustumCulled: false });
+    mesh.position.copy(position);
+    mesh.quaternion.copy(quaternion);
+    mesh.seen = (there) => { mesh.visible = there; };
+    mesh.onBeforeRender(() => Object.assign(this.shade.uniforms, { ground: { value: this.below(body) }, alpha: { value: SHADE } }));
+    mesh.setParent(parent);
+  }
+
+  /** Height of what a body is above: the highest fixed shape under its middle, or the floor. */
+  below(body) {
+    const { x, y, z } = this.nodes.get(body).position;
+    return Math.max(this.low, ...this.tops.filter(({ from, to }) => from[0] < x && x < to[0] && from[1] < y && y < to[1] && to[2] < z).map(({ to }) => to[2])) + this.thin;
+  }
+
   /** The colour of a shape: of its user, of its file, or one of the page's. */
   look(shape) {
     if (shape.user >= 0) return rgb(theme.users[shape.user % 8]);
     return this.bodies.colour(shape)?.slice(0, 3) ?? rgb(this.bodies.fixed[shape.body] ? theme.grid : theme.body);
   }
 
-  /** A floor of squares below all that there is. */
+  /** A floor of squares: on the planes of the scene, or below all that there is. */
   floor(middle, reach_m) {
-    const step = 10 ** Math.ceil(Math.log10(reach_m / 4)) / 2, count = Math.ceil((2 * reach_m) / step);
-    const low = Math.min(...this.bodies.extent().map(([, , z]) => z)) - 1e-3;
+    const { bodies } = this;
+    const fixed = bodies.shapes.filter(({ kind, body }) => kind !== "plane" && bodies.fixed[body]).map((shape) => bodies.corners(shape, bodies.fixed[shape.body]));
+    this.tops = fixed.map((corners) => ({ from: ends(corners, Math.min), to: ends(corners, Math.max) }));
+    const planes = bodies.shapes.filter(({ kind, body }) => kind === "plane" && bodies.pose(body)).map(({ body, at }) => at[2] + bodies.pose(body)[2]);
+    this.low = planes.length ? Math.max(...planes) : ends(bodies.extent(), Math.min)[2] - FLOOR_M;
+    this.thin = 1e-3 * reach_m;
+    const low = this.low + this.thin / 2;
+    const step = 10 ** Math.ceil(Math.log10(reach_m / 4)) / 2, count = Math.ceil((3 * reach_m) / step);
     const [x0, y0] = middle.map((each) => Math.round(each / step) * step);
     const position = [];
     for (let i = -count; i <= count; i += 1) {
@@ -144,7 +176,7 @@ export class Space {
     const fov = (360 / Math.PI) * Math.atan(height / 2 / (camera.scale * camera.distance_m));
     this.eye.perspective({ fov, aspect: width / height, near: 0.1 * camera.distance_m, far: 20 * camera.distance_m });
     gl.clearColor(...rgb(theme.paper), 1);
-    renderer.render({ scene: this.root, camera: this.eye });
+    if (this.grid) renderer.render({ scene: this.root, camera: this.eye });
   }
 
   place(node, pose) {
