@@ -8,6 +8,7 @@ CSV is a folder with a file per table and ``columns.csv``, which has the units. 
 per table.
 """
 
+import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -122,6 +123,8 @@ def export(
     about: About = {"source": traces.source, "recorded_s": traces.duration_s}
     for name, value in ({"scenario": scenario.name} | scenario.flat() if scenario else {}).items():
         about[name] = value if isinstance(value, int | float) else str(value)
+    if traces.server is not None and (scene := traces.server.scene):
+        about["scene"] = json.dumps({**scene, "files": [*scene.get("files", ())]})
     path = Path(target)
     with file_errors(f"write {path}"):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -100,6 +100,7 @@ class ServerTraces:
     dissipated: Annotated[Array, "J", "heat of object and contacts so far"]
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
     poses: dict[str, Array] = field(default_factory=dict)  # of bodies (step, 7): xyz [m], wxyz
+    scene: dict[str, Any] = field(default_factory=dict)  # what an environment says of itself
     changes: Integers = _unknown()  # (step,) steps up to it that took changes over
     looked_ns: Looks = _unknown()  # (step,)
 

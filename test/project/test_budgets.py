@@ -40,7 +40,7 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(363, 380, inside("pmwvc_core", "scenes")),
+    "scenes": Room(500, 500, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_891,

@@ -55,6 +55,7 @@ START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
 UNKNOWN = "nothing is known"
 RESTLESS = "stiffness unknown (the device does not settle, or not at the same place)"
+UNHELD = "stiffness unknown (nothing holds the bodies of a scene)"
 INCOHERENT = "mass and damping unknown (motion does not cohere, or half a second late)"
 
 
@@ -122,7 +123,8 @@ def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
 def pressed_stiffness(scenario: Scenario) -> float | None:
     """Return the stiffness of a steady press [N/m]; None where the device never rests in one."""
     tick_s, first, forces = scenario.tick_s, scenario.users[0], pressing(scenario, 0)
-    if scenario.environment.movable and not np.any(forces[1:]):
+    alone = scenario.environment.movable and not np.any(forces[1:])
+    if alone or scenario.environment.linear is None:  # a scene, of which nothing holds the bodies
         return None
     held = replace(scenario.server, object_mass=HELD_KG, object_damping=HELD_N_S_M)
     settle_s = HOLD_S + 4.0 * (mean_s(first.link_up) + mean_s(first.link_down))
@@ -150,6 +152,7 @@ def probed(scenario: Scenario, user: int = 0) -> tuple[Rendering, str]:
     first = replace(scenario, users=(own, *others))
     k, free = pressed_stiffness(first), free_space(first)
     press = f"stiffness by a press of {PRESS_N[0]:g} to {PRESS_N[1]:g} N" if k else RESTLESS
+    press = UNHELD if scenario.environment.linear is None else press
     if free is None:
         return Rendering(k and 1.0 / k, k), f"{press}, {INCOHERENT}"
     swing = f"mass and damping by a swing of at most {SWING_N:g} N at {free.frequency_hz:.3g} Hz"

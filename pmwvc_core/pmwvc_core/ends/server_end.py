@@ -236,10 +236,8 @@ class ServerEnd(PortEnd):
             a, shown = port.avatar, port_shown(p, e, user)
             motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
             of_users.append((*motion, port.u_j, port.v_j, shown.touches))
-        columns = zip(*of_users, strict=True)
-        signals: dict[str, Any] = dict(zip(ServerRow._fields[-11:-3], columns, strict=True))
-        accounts = dict(zip(self._accounts, energies, strict=False))
         of_object = value(e.body.x), value(e.body.xd), self.target_m
-        sums, state = (kinetic, potential, e.dissipated_j), tuple(self.presence)
-        signals |= {"state": state, "accounts": accounts, "poses": poses_of(e.body)}
-        return ServerRow(*of_object, *sums, **signals)
+        sums, columns = (kinetic, potential, e.dissipated_j), zip(*of_users, strict=True)
+        accounts = dict(zip(self._accounts, energies, strict=False))
+        about = tuple(self.presence), accounts, poses_of(e.body)
+        return ServerRow._make((*of_object, *sums, *columns, *about))

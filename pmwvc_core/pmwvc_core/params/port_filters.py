@@ -92,12 +92,9 @@ class BankParams(Validated):
     def conflicts(self) -> list[str]:
         """Check that the edges are in order."""
         return disordered(
-            self,
-            ("high_stop_hz", "high_pass_hz"),
-            ("low_pass_hz", "low_stop_hz"),
-            ("high_pass_db", "high_stop_db"),
-            ("low_pass_db", "low_stop_db"),
-        )
+            self, ("high_stop_hz", "high_pass_hz"), ("low_pass_hz", "low_stop_hz"),
+            ("high_pass_db", "high_stop_db"), ("low_pass_db", "low_stop_db"),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

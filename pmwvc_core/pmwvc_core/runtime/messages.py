@@ -28,8 +28,8 @@ OF_OBJECT = ("x_o", "xd_o", "target")  # of a step
 
 _UINT32 = 0xFFFFFFFF
 _OURS = ("Wave", "MasterTrace", "ServerTrace", "PacketFate", "Reception")
-_PACKAGES = {"Time": "builtin_interfaces", **dict.fromkeys(_OURS, "pmwvc_msgs")}
-
+_PACKAGES = dict.fromkeys(_OURS, "pmwvc_msgs")
+_PACKAGES |= {"Time": "builtin_interfaces", "String": "std_msgs"}
 
 # Message classes by name; ``sequence(values, kind)`` by typecode or numpy type.
 MessageTypes: TypeAlias = SimpleNamespace

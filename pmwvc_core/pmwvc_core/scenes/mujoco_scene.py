@@ -19,11 +19,13 @@ passes through it until it is outside. Equations: docs/theory.md 5.16.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenes.description import described
 from pmwvc_core.scenes.model import (
     OVERLAP_M,
     SETTLE_S,
@@ -45,11 +47,13 @@ class MujocoScene:
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         self._mujoco = import_mujoco()
-        self.model, self.held, self._shown = scene_model(setup)
+        self.model, self.held, self._shown, self._made_of = scene_model(setup)
         self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
         self._colliding = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
-        moving = np.flatnonzero(self.model.body_weldid)  # what is welded to the world has 0
-        self._moving = {int(n): self.model.body(n).name or f"body{n}" for n in moving}
+        bodies = range(self.model.nbody)
+        self._names = [self.model.body(n).name or f"body{n}" for n in bodies]
+        # What is welded to the world has 0.
+        self._moving = {n: self._names[n] for n in bodies if self.model.body_weldid[n]}
         self._whose = np.full(self.model.ngeom, -1)
         for user, held in enumerate(self.held):
             self._whose[list(held.geoms)] = user
@@ -67,6 +71,14 @@ class MujocoScene:
         at = zip(self.data.xpos.tolist(), self.data.xquat.tolist(), strict=True)
         rows = [[*place, *turned] for place, turned in at]
         return {name: rows[body] for body, name in self._moving.items()}
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Shapes, fixed bodies, where the devices' origin is, options written, and files by
+        content (:mod:`.description`).
+        """
+        drawn = described(self.model, self.data, self._names, self._whose.tolist())
+        return {**drawn, "origin": self._origin.tolist(), **self._made_of}
 
     def join(self, user: int, position: Array) -> None:
         """Put a finger where the avatar is, ``(3,)`` [m]; a handle is taken where it is."""

@@ -108,12 +108,9 @@ LIBRARY: Mapping[str, Environment] = {
     for record in (CUBE, WALL, WALL_WITH_SLOPE, HUNT_CROSSLEY, ACTIVE_WALL, MUJOCO)
 }
 PLUGINS = PluginGroup(
-    "pmwvc.environments",
-    "server.environment",
-    "an environment",
-    calls=("step or meet",),
+    "pmwvc.environments", "server.environment", "an environment", calls=(("step", "meet"),),
     own=tuple(LIBRARY),
-)
+)  # fmt: skip
 
 
 def environment_of(name: str) -> Environment:
@@ -125,9 +122,11 @@ def environment_of(name: str) -> Environment:
     return LIBRARY.get(name, unknown)
 
 
-def require(name: str) -> None:
-    """Refuse an environment that is neither in the library nor installed (none is imported) by a
-    ParameterError that names those there are.
+def require(name: str, setup: Callable[[], EnvironmentSetup]) -> None:
+    """Refuse an environment that is neither in the library nor installed (none is imported), or
+    whose scene cannot be made, by a ParameterError with those there are, or what is wrong.
     """
     if name not in LIBRARY:
         PLUGINS.required(name)
+    elif outside := LIBRARY[name].outside:
+        outside(setup())

@@ -16,6 +16,7 @@ from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.scenario.names import over_time
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.bulk.loop import note_step
 from pmwvc_core.simulation.bulk.run import empty_steps, loops_of, run
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions, add_link
@@ -96,6 +97,7 @@ class SteppedSession(VirtualTime):
                     traces.metadata.setdefault("links", {})[f"{name}/{way}"] = link.link.failed
         began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
         traces.server = stepped_server(self._scenario, self.steps, began_s)
+        traces.server.scene = description_of(self.server.s.environment.body)
         if self._prescribed:
             traces.metadata["server_lateness_s"] = traces.server.looked_ns * 1e-9
         if faults.steps and faults.replaced:

@@ -101,8 +101,8 @@ class HapticDevice(Protocol):
 DeviceFactory: TypeAlias = Callable[[DeviceSetup], HapticDevice]
 PLUGINS = PluginGroup(
     "pmwvc.devices", "device.plugin", "a device",
-    calls=("open", "read", "write", "couple", "stop", "close"), attributes=("info",),
-    error=DeviceError,
+    calls=(("open",), ("read",), ("write",), ("couple",), ("stop",), ("close",)),
+    attributes=("info",), error=DeviceError,
 )  # fmt: skip
 
 

@@ -57,15 +57,10 @@ def network_of(scenario: Scenario) -> Network:
     users, tick_s = scenario.users, scenario.tick_s
     links = tuple((user.link_up, user.link_down) for user in users)
     return Network(
-        links,
-        scenario.seed if any(is_random(link) for both in links for link in both) else 0,
-        round(scenario.duration_s / tick_s),
-        round(tick_s * 1e9),
-        tuple(user.master.rate_drop for user in users),
-        scenario.period_ticks,
-        scenario.times.release_s,
-        scenario.dof,
-    )
+        links, scenario.seed if any(is_random(link) for both in links for link in both) else 0,
+        round(scenario.duration_s / tick_s), round(tick_s * 1e9), tuple(user.master.rate_drop for
+        user in users), scenario.period_ticks, scenario.times.release_s, scenario.dof,
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=8)
