@@ -83,8 +83,7 @@ def moving(scene: Mapping[str, Any]) -> list[str]:
 
 def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:
     """Return the round trip by the model [s] and the wave impedance [N s/m] of every user, by
-    column: F tau/(2b) is the distance of device and avatar at rest. None: not decided by them, or
-    an impedance that is a matrix.
+    column, for F tau/(2b). None: that does not decide, or the impedance is a matrix.
     """
     found: dict[str, float | None] = {}
     for user in scenario.users:

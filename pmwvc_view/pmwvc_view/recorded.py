@@ -39,7 +39,7 @@ class RecordedSession:
         names = [user.name for user in scenario.users]
         traces = replace(traces, users=[user for user in traces.users if user.name in names])
         self._traces, self._scenario, self._summary = traces, scenario, summary
-        self._scene: dict[str, Any] = {}
+        self._scene = traces.server.scene if traces.server else {}
         self.layout = Layout(names, scenario.dof, description.moving(self._scene))
         self._period_s = snapshot_s
         self.packets = packets_of(traces, scenario)

@@ -17,6 +17,7 @@ from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.simulation.traces import UserNotes, stepped_server
 from pmwvc_view import SNAPSHOT_S, controls, description
@@ -30,12 +31,13 @@ LONGEST_S = 86400.0
 
 class Simulation(SteppedSession):
     """The ends of a scenario, stepped tick by tick for a day at most; ``targets`` are those of the
-    hands that a page can take, since the last tick [m].
+    hands that a page can take, since the last tick [m]; ``scene`` is as its environment says.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(replace(scenario, duration_s=LONGEST_S))
         self._dof, self.tick, self._stepped = scenario.dof, 0, 0
+        self.scene = description_of(self.server.s.environment.body)
         self._by_name = {user.settings.name: user for user in self.users}
         self.targets: dict[str, list[Target]] = {}
         for name, user in self._by_name.items():
@@ -84,7 +86,7 @@ class SimulatedSession(Session):
 
     def _begin(self, scenario: Scenario) -> None:
         self._simulation = Simulation(scenario)
-        self._show(scenario, [user.name for user in scenario.users], {})
+        self._show(scenario, [user.name for user in scenario.users], self._simulation.scene)
         self._feed.tape.zero(0)
         self.generation += 1
         self.remote = list(self._simulation.targets)

@@ -37,9 +37,10 @@ class Page {
     this.spoken = new Spoken(session);
     this.events = new AbortController();
     const { signal } = this.events;
-    at("help").hidden = at("todo").hidden = !session.can.includes("take");
+    at("todo").hidden = !session.users.some(({ remote }) => remote);
+    at("help").hidden = at("todo").hidden && session.dof < 3;
+    pointers(at("scene"), this.scene, this.hand, session, signal);
     if (session.can.includes("take")) {
-      pointers(at("scene"), this.scene, this.hand, session, signal);
       keyboard(at("scene"), this.scene, this.hand, session, signal);
       leaving(this.hand, signal);
       gamepad(this.hand, session);

@@ -258,6 +258,6 @@ export class Scene {
     const few = same ? delays[0] : delays.length < 4 ? delays.join(", ") : "";
     if (width > 560 || few) label(context, width > 560 || !known ? text : `${few} ms`, 14, middle, { size: 12 });
     const late = flow.late_s ? `, ${flow.late_s.toFixed(2)} s late` : "";
-    if (width > 560) label(context, theme.still ? "packets on their way" : `packets ${SLOWER} times slower${late}`, width - 14, middle, { align: "right", size: 12 });
+    if (width > 560) label(context, theme.still ? "packets on their way" : `packets ${SLOWER} times slower${late}`, width - 14, this.space ? height - 16 : middle, { align: "right", size: 12 });
   }
 }
