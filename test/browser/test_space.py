@@ -26,17 +26,18 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
 };"""
 ALONE = "() => { document.getElementById('scene').style.visibility = 'hidden'; }"
 VOLUME = """(shape) => import("/solids.js").then(({ solid }) => {
-  const { position: p, normal: n } = solid(shape);
+  const { position: p, normal: n, index } = solid(shape);
   let volume = 0, outward = true;
-  for (let i = 0; i < p.length; i += 9) {
-    const [a, b, c] = [0, 3, 6].map((k) => p.slice(i + k, i + k + 3));
+  for (let i = 0; i < index.length; i += 3) {
+    const corners = index.slice(i, i + 3).map((each) => 3 * each);
+    const [a, b, c] = corners.map((k) => p.slice(k, k + 3));
     const across = [0, 1, 2].map((k) => {
       const [x, y] = [(k + 1) % 3, (k + 2) % 3];
       return (b[x] - a[x]) * (c[y] - a[y]) - (b[y] - a[y]) * (c[x] - a[x]);
     });
     volume += across.reduce((sum, each, k) => sum + each * a[k], 0) / 6;
-    for (const k of [0, 3, 6]) {
-      const along = across.reduce((sum, each, j) => sum + each * n[i + k + j], 0);
+    for (const k of corners) {
+      const along = across.reduce((sum, each, j) => sum + each * n[k + j], 0);
       if (along < -1e-12) outward = false;
     }
   }
@@ -78,9 +79,9 @@ def anything(chromium):
 
 @pytest.mark.parametrize(("kind", "size", "volume"), SOLIDS, ids=[kind for kind, *_ in SOLIDS])
 def test_shape_has_its_volume_and_normals_that_point_out_of_it(anything, kind, size, volume):
-    """By the divergence theorem, over its triangles; 32 corners around a circle."""
+    """By the divergence theorem, over its triangles; 24 corners around a circle."""
     found = anything.evaluate(VOLUME, {"kind": kind, "size": size, **MESH})
-    assert found["volume"] == pytest.approx(volume, rel=0.025) and found["outward"]
+    assert found["volume"] == pytest.approx(volume, rel=0.035) and found["outward"]
     assert found["volume"] <= volume * (1.0 + 1e-9)  # corners lie on what is round
 
 

@@ -17,7 +17,7 @@ const sum = (a, b) => a.map((each, axis) => each + (b[axis] ?? 0));
 const difference = (a, b) => a.map((each, axis) => each - b[axis]);
 
 /** Half the edges of the box around a shape [m]. */
-export function halves({ kind, size: [a, b, c], points }) {
+function halves({ kind, size: [a, b, c], points }) {
   if (kind === "mesh") return [0, 1, 2].map((axis) => points.reduce((most, point) => Math.max(most, Math.abs(point[axis])), 0));
   if (kind === "sphere") return [a, a, a];
   if (kind === "cylinder") return [a, a, b];
@@ -33,6 +33,7 @@ export class Bodies {
     const held = (user) => shapes.find((shape) => shape.user === user)?.body;
     this.shapes = shapes.length ? [...shapes] : [{ ...plain, body: "object", kind: "box", size: [half, half, half] }];
     session.users.forEach((_, user) => { if (!held(user)) this.shapes.push(finger(user)); });
+    for (const shape of this.shapes) shape.half = halves(shape);
     Object.assign(this, { fixed, origin, held: session.users.map(({ name }, user) => held(user) ?? name), offsets: [] });
     const moves = new Set(this.shapes.filter(({ body, user }) => user < 0 && !fixed[body]).map(({ body }) => body));
     this.carried = moves.size === 1 ? [...moves][0] : null; // which a task may have a target for
@@ -70,9 +71,9 @@ export class Bodies {
 
   /** Corners of a shape's box in the scene [m]: of each axis the lower one first. */
   corners(shape, pose) {
-    const half = halves(shape), at = pose.slice(0, 3), way = pose.slice(3);
+    const at = pose.slice(0, 3), way = pose.slice(3);
     return Array.from({ length: 8 }, (_, i) => {
-      const corner = half.map((each, axis) => ((i >> axis) & 1 ? each : -each));
+      const corner = shape.half.map((each, axis) => ((i >> axis) & 1 ? each : -each));
       return sum(at, turned(way, sum(shape.at, turned(shape.turned, corner))));
     });
   }

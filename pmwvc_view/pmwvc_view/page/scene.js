@@ -217,8 +217,10 @@ export class Scene {
       disc(context, target.x, target.y, 4, { fill: theme.paper, stroke: colour, width: 1.5 });
     }
     if (hand.index === index && hand.held) disc(context, handle.x, handle.y, HANDLE_PX + 5, { stroke: colour, width: 1.5 });
-    if (this.space) disc(context, handle.x, handle.y, HANDLE_PX, { stroke: colour });
-    else this.badge(handle.x, handle.y, index, colour);
+    if (this.space) {
+      disc(context, handle.x, handle.y, HANDLE_PX, { stroke: theme.paper, width: 5 }); // its body may have its colour
+      disc(context, handle.x, handle.y, HANDLE_PX, { stroke: colour, width: 2.5 });
+    } else this.badge(handle.x, handle.y, index, colour);
     const back = session.vector(`${name}.f_applied`).map((force) => -force); // on the hand
     this.force(handle, back, force_limit, colour, HANDLE_PX, true);
   }

@@ -1,24 +1,21 @@
 // SPDX-FileCopyrightText: 2026 PMWVC contributors
 // SPDX-License-Identifier: Apache-2.0
-// Shapes as triangles: their corners and normals [m], about the shape's middle, z along its axis.
+// Shapes as triangles: corners [m] and normals, about the shape's middle, z along its axis.
 
-import { halves } from "./bodies.js";
-
-const AROUND = 32;
+const AROUND = 24; // corners of what is round
 const ENDLESS_M = 2; // half of a plane that has no end
 const CUBE = [[0, 2, 3, 1], [5, 7, 6, 4], [1, 5, 4, 0], [2, 6, 7, 3], [0, 4, 6, 2], [3, 7, 5, 1]];
 
-/** Positions and normals of a shape. */
+/** Positions and normals of a shape, and the triangles of them. */
 export function solid(shape) {
   const { kind, size: [a, b], points, faces } = shape;
   if (kind === "mesh") return flat(points, faces);
   if (kind === "capsule") return lathe([...arc(a, 0, 1, b), ...arc(a, 1, 2, -b)]);
   if (kind === "cylinder") return lathe([[0, b], [a, b], [a, -b], [0, -b]], true);
   if (kind === "sphere") return lathe(arc(a, 0, 2, 0));
-  if (kind === "ellipsoid") return stretched(lathe(arc(1, 0, 2, 0)), halves(shape));
+  if (kind === "ellipsoid") return stretched(lathe(arc(1, 0, 2, 0)), shape.size);
   if (kind === "plane") return flat([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [x * (a || ENDLESS_M), y * (b || ENDLESS_M), 0]), [[0, 1, 2], [0, 2, 3]]);
-  const half = halves(shape);
-  const corners = Array.from({ length: 8 }, (_, i) => half.map((each, axis) => ((i >> axis) & 1 ? each : -each)));
+  const corners = Array.from({ length: 8 }, (_, i) => shape.size.map((each, axis) => ((i >> axis) & 1 ? each : -each)));
   return flat(corners, CUBE.flatMap(([p, q, r, s]) => [[p, q, r], [p, r, s]]));
 }
 
@@ -44,29 +41,30 @@ function flat(points, faces) {
       normal.push(...across.map((each) => each / length));
     }
   }
-  return { position, normal };
+  return { position, normal, index: [...Array(position.length / 3).keys()] };
 }
 
 /** A profile of radius and height, from the top on, turned about the axis; `edged`: with its edges, else smooth. */
 function lathe(profile, edged = false) {
-  const position = [], normal = [];
-  const across = ([r0, z0], [r1, z1]) => [z0 - z1, r1 - r0];
-  const at = (i) => across(profile[Math.max(0, i - 1)], profile[Math.min(profile.length - 1, i + 1)]);
-  for (let i = 1; i < profile.length; i += 1) {
-    const [top, bottom] = [profile[i - 1], profile[i]];
-    const [n0, n1] = edged ? Array(2).fill(across(top, bottom)) : [at(i - 1), at(i)];
-    for (let k = 0; k < AROUND; k += 1) {
-      const corner = ([r, z], [n, m], step) => {
-        const angle = (2 * Math.PI * (k + step)) / AROUND, length = Math.hypot(n, m) || 1;
-        position.push(r * Math.cos(angle), r * Math.sin(angle), z);
-        normal.push((n * Math.cos(angle)) / length, (n * Math.sin(angle)) / length, m / length);
-      };
-      for (const [point, way, step] of [[top, n0, 0], [bottom, n1, 0], [bottom, n1, 1], [top, n0, 0], [bottom, n1, 1], [top, n0, 1]]) corner(point, way, step);
+  const position = [], normal = [], index = [], last = profile.length - 1;
+  const slope = (from, to) => [profile[from][1] - profile[to][1], profile[to][0] - profile[from][0]];
+  const ring = ([r, z], [out, up]) => {
+    const first = position.length / 3, length = Math.hypot(out, up);
+    for (let k = 0; k <= AROUND; k += 1) {
+      const [c, s] = [Math.cos, Math.sin].map((of) => of((2 * Math.PI * k) / AROUND));
+      position.push(r * c, r * s, z);
+      normal.push((out * c) / length, (out * s) / length, up / length);
     }
+    return first;
+  };
+  const smooth = edged ? [] : profile.map((point, i) => ring(point, slope(Math.max(0, i - 1), Math.min(last, i + 1))));
+  for (let i = 0; i < last; i += 1) {
+    const [top, bottom] = edged ? [i, i + 1].map((at) => ring(profile[at], slope(i, i + 1))) : [smooth[i], smooth[i + 1]];
+    for (let k = 0; k < AROUND; k += 1) index.push(top + k, bottom + k, bottom + k + 1, top + k, bottom + k + 1, top + k + 1);
   }
-  return { position, normal };
+  return { position, normal, index };
 }
 
-function stretched({ position, normal }, by) {
-  return { position: position.map((each, i) => each * by[i % 3]), normal: normal.map((each, i) => each / by[i % 3]) };
+function stretched({ position, normal, index }, by) {
+  return { position: position.map((each, i) => each * by[i % 3]), normal: normal.map((each, i) => each / by[i % 3]), index };
 }

@@ -20,23 +20,21 @@ const VERTEX = `#version 300 es
 in vec3 position, normal;
 uniform mat4 modelMatrix, viewMatrix, projectionMatrix;
 uniform float ground, shadow; // height on which a shadow falls; 1: this is one
-out vec3 across, place;
+out vec3 across;
 void main() {
   vec4 at = modelMatrix * vec4(position, 1.0);
   at.xyz -= shadow * (at.z - ground) * vec3(${LAMP}) / ${LAMP[2].toFixed(1)};
   across = mat3(modelMatrix) * normal;
-  place = at.xyz;
   gl_Position = projectionMatrix * viewMatrix * at;
 }`;
 const FRAGMENT = `#version 300 es
 precision highp float;
-in vec3 across, place;
-uniform vec3 cameraPosition, colour;
+in vec3 across;
+uniform vec3 colour;
 uniform float alpha;
 out vec4 seen;
 void main() {
   vec3 n = normalize(across);
-  n = dot(n, cameraPosition - place) < 0.0 ? -n : n;
   float light = 0.58 + 0.1 * n.z + 0.32 * max(dot(n, normalize(vec3(${LAMP}))), 0.0);
   seen = vec4(colour * light, alpha);
 }`;
@@ -45,7 +43,7 @@ let renderer; // of the page's canvas, once one was made; null: there is no WebG
 
 function rendererOf(canvas) {
   if (renderer === undefined) {
-    const asked = { depth: true, stencil: true, antialias: true, alpha: false };
+    const asked = { depth: true, stencil: true, antialias: devicePixelRatio < 2, alpha: false };
     renderer = canvas.getContext("webgl2", asked) ? new Renderer({ ...asked, canvas, dpr: 1 }) : null;
     canvas.removeAttribute("style"); // its size is the style sheet's
     canvas.addEventListener("webglcontextlost", () => { renderer = null; });
@@ -67,7 +65,7 @@ export class Space {
     Object.assign(this, { canvas, bodies, gl, root: new Transform(), eye: new Camera(gl) });
     this.eye.matrixAutoUpdate = false;
     const program = (transparent, shadow = 0) => new Program(gl, {
-      vertex: VERTEX, fragment: FRAGMENT, cullFace: false, transparent, depthWrite: !transparent,
+      vertex: VERTEX, fragment: FRAGMENT, cullFace: gl.BACK, transparent, depthWrite: !transparent,
       uniforms: { colour: { value: [0, 0, 0] }, alpha: { value: 1 }, ground: { value: 0 }, shadow: { value: shadow } },
     });
     this.programs = [program(false), program(true)];
@@ -104,9 +102,9 @@ export class Space {
     return mesh;
   }
 
-  mesh({ position, normal }, look, alpha, mode = this.gl.TRIANGLES) {
+  mesh({ position, normal, index }, look, alpha, mode = this.gl.TRIANGLES) {
     const data = (of) => ({ size: 3, data: new Float32Array(of) });
-    const geometry = new Geometry(this.gl, { position: data(position), normal: data(normal) });
+    const geometry = new Geometry(this.gl, { position: data(position), normal: data(normal), index: { data: new Uint32Array(index) } });
     const mesh = new Mesh(this.gl, { geometry, program: this.programs[0], mode, frustumCulled: false });
     mesh.seen = (there) => {
       mesh.alpha = there ? alpha : Math.min(alpha, GHOST);
@@ -158,7 +156,7 @@ export class Space {
       position.push(x0 + a, y0 - b, low, x0 + a, y0 + b, low, x0 - b, y0 + a, low, x0 + b, y0 + a, low);
     }
     const normal = position.map((_, i) => Number(i % 3 === 2));
-    this.grid = this.mesh({ position, normal }, () => rgb(theme.target), GHOST, this.gl.LINES);
+    this.grid = this.mesh({ position, normal, index: [...Array(position.length / 3).keys()] }, () => rgb(theme.target), GHOST, this.gl.LINES);
     this.grid.setParent(this.root);
   }
 
