@@ -25,13 +25,14 @@ so that phi . D is what the forces of :mod:`.pressing` take up, and energy balan
 exactly as the forces do (:mod:`.newton`). Equations: docs/theory.md 5.18.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenes.description import FORMAT
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
 from pmwvc_core.scenes.turning import cayley, cross, quaternion
@@ -39,6 +40,8 @@ from pmwvc_core.server.black_box import EnvironmentSetup
 
 POINTS = 3  # of a pad
 TABLE_N_M, TABLE_N_S_M = 2e4, 40.0  # at each corner
+THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
+GREY, WOOD = [0.6, 0.6, 0.6, 1.0], [0.8, 0.6, 0.3, 1.0]
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
@@ -110,6 +113,21 @@ class Box:
         """Where box and pads are, ``x y z`` [m] and quaternion ``w x y z``, by name."""
         rows = zip(self._names, *self._poses, strict=True)
         return {name: [*at.tolist(), *quaternion(turned)] for name, at, turned in rows}
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Shapes of table, box and pads, as those of :mod:`.description`."""
+        pads = np.abs(self._ring).max(axis=1) + THIN_M
+        sizes = [[TABLE_M, TABLE_M, THIN_M], [self._half_m] * 3, *pads.tolist()]
+        names = ["table", *self._names]
+        shapes = [
+            {"body": name, "kind": "box", "size": size, "at": [0.0] * 3, "turned": NOT_TURNED,
+             "rgba": WOOD if name == "box" else GREY, "user": max(user, -1)}
+            for user, (name, size) in enumerate(zip(names, sizes, strict=True), -2)
+        ]  # fmt: skip
+        table = [0.0, 0.0, self._table_z - THIN_M, *NOT_TURNED]
+        origin = [0.0] * 3
+        return {"format": FORMAT, "shapes": shapes, "fixed": {"table": table}, "origin": origin}
 
     def join(self, user: int, position: Array) -> None:
         """Put a handle where the avatar is, ``(dof,)`` [m]."""
