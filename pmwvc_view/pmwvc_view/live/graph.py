@@ -36,9 +36,7 @@ ANSWER_S = 0.005
 
 
 class Parameters:
-    """The parameters of other nodes, until asked to stop; an executor serves the node in another
-    thread.
-    """
+    """The parameters of other nodes, until asked to stop; another thread serves the node."""
 
     def __init__(self, node: Node, stop: threading.Event) -> None:
         self._node, self._stop = node, stop
@@ -148,10 +146,8 @@ class Graph:
 
 
 def find(node: Node, stop: threading.Event, *, emulated: bool) -> Graph | None:
-    """Wait for a session, and return it; None when asked to stop before.
-
-    An emulator that is not expected is looked for only a while. ParameterError where there are
-    several sessions.
+    """Wait for a session, and return it; None when asked to stop before. An emulator that is not
+    expected is looked for only a while. ParameterError where there are several sessions.
     """
     while not stop.is_set():
         if len(prefixes := _sessions(node)) > 1:
