@@ -38,9 +38,10 @@ def bodies(server: ServerTraces) -> tuple[str, dict[str, Array]]:
     """
     if not server.scene or not server.poses:
         return "object", {}
-    held = [shape["body"] for shape in server.scene["shapes"] if shape["user"] >= 0]
+    shapes, origin = server.scene.get("shapes", ()), server.scene.get("origin", (0.0, 0.0, 0.0))
+    held = [shape["body"] for shape in shapes if shape.get("user", -1) >= 0]
     free = [(name, rows[:, :3]) for name, rows in server.poses.items() if name not in held]
-    found = {name: x - server.scene["origin"] for name, x in free if np.ptp(x, 0).max() > MOVED_M}
+    found = {name: x - origin for name, x in free if np.ptp(x, 0).max() > MOVED_M}
     return free[0][0] if free else "object", {n: found[n] for n, _ in free[1:] if n in found}
 
 
