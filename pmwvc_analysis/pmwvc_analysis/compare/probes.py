@@ -54,8 +54,7 @@ HELD_KG, HELD_N_S_M = 1e3, 1e3  # of an object that stays where forces balance
 START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
 UNKNOWN = "nothing is known"
-RESTLESS = "stiffness unknown (the device does not settle, or not at the same place)"
-UNHELD = "stiffness unknown (nothing holds the bodies of a scene)"
+RESTLESS = "stiffness unknown (no press in which the device settles, at the same place)"
 INCOHERENT = "mass and damping unknown (motion does not cohere, or half a second late)"
 
 
@@ -152,7 +151,6 @@ def probed(scenario: Scenario, user: int = 0) -> tuple[Rendering, str]:
     first = replace(scenario, users=(own, *others))
     k, free = pressed_stiffness(first), free_space(first)
     press = f"stiffness by a press of {PRESS_N[0]:g} to {PRESS_N[1]:g} N" if k else RESTLESS
-    press = UNHELD if scenario.environment.linear is None else press
     if free is None:
         return Rendering(k and 1.0 / k, k), f"{press}, {INCOHERENT}"
     swing = f"mass and damping by a swing of at most {SWING_N:g} N at {free.frequency_hz:.3g} Hz"

@@ -121,14 +121,14 @@ def _master_blocks(
         at_ns, last = _ns(user.time_s[first]), block == len(edges) - 2
         message = build.master_trace(
             types, {name: array[first:after].ravel() for name, array in signals.items()},
-            taken=_taken(received, first, after), changes=int(user.changes[block]) if
-            len(user.changes) else 0, stamp_ns=start + at_ns, start_ns=at_ns, epoch=epoch,
+            taken=_taken(received, first, after), stamp_ns=start + at_ns, start_ns=at_ns,
+            changes=int(user.changes[block]) if len(user.changes) else 0, epoch=epoch,
             seq=block + 1, first_tick=int(user.tick[first]), period=user.tick_s,
             dof=user.x_m.shape[-1], state=int(user.state[block]), reason=user.reason[block],
-            missed=user.missed if last else 0, safety_events=int(user.safety_events) if last else
-            0, hand_force_known=known, energy={name: sums[block] for name, sums in
-            user.energy.items()}, accounts={name: sums[block] for name, sums in
-            user.accounts.items()},
+            missed=user.missed if last else 0, hand_force_known=known,
+            safety_events=int(user.safety_events) if last else 0,
+            energy={name: sums[block] for name, sums in user.energy.items()},
+            accounts={name: sums[block] for name, sums in user.accounts.items()},
         )  # fmt: skip
         yield _ns(user.block_time_s[block]), f"/{user.name}/trace", message
 
@@ -143,15 +143,11 @@ def _server_steps(
             name: [a[row] for a in getattr(server, name)] for name in OF_USERS
         }
         fields |= {name: getattr(server, name)[row] for name in OF_STEP}
+        inside = slice(*np.searchsorted(server.contacts[:, 0], [row, row + 1]))
         message = build.server_trace(
-            types,
-            stamp_ns=start + _ns(time_s),
-            start_ns=_ns(time_s),
-            epoch=SERVER_EPOCH,
-            step=int(server.step[row]),
-            period=float(server.periods_s[row]),
-            dof=server.x_o.shape[-1],
-            users=server.users,
+            types, stamp_ns=start + _ns(time_s), start_ns=_ns(time_s), epoch=SERVER_EPOCH,
+            step=int(server.step[row]), period=float(server.periods_s[row]),
+            dof=server.x_o.shape[-1], users=server.users,
             taken=[
                 (user, *packet[1:])
                 for user, each in enumerate(received)
@@ -159,11 +155,12 @@ def _server_steps(
             ],
             looked=int(server.nearest_look_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,
+            contained=int(server.contained[row]) if len(server.contained) else 0,
             accounts={name: sums[row] for name, sums in server.accounts.items()},
             poses={name: rows[row] for name, rows in server.poses.items()},
-            lateness=float(late_s[row]),
-            **fields,
-        )
+            contacts=server.contacts[inside, 1:].ravel().tolist(),
+            lateness=float(late_s[row]), **fields,
+        )  # fmt: skip
         yield _ns(time_s), "/server/trace", message
 
 

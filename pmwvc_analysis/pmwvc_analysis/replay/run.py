@@ -153,6 +153,8 @@ def replay(
 def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) -> list[Inexact]:
     """Return, by time, why an unchanged replay with these kinds of hands cannot be exact."""
     found = [*_unrecorded(traces), *_restarts(traces), *_unnamed_changes(traces)]
+    if traces.live and traces.server is not None and (late := traces.server.replaced)[1]:
+        found.append(Inexact(late[0], f"a damper in place of the environment: {late[1]}x"))
     for user in recorded.users:
         if traces.live and not user.device.is_simulated:
             why = "the device was a real one; here its model moves"

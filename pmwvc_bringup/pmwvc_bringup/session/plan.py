@@ -96,8 +96,8 @@ def nodes(
     names, own = [user.name for user in scenario.users], {"start.paused": True}
     top = own | {name: getattr(scenario, name) for name in TOP_AT_ENDS}
     server: dict[str, object] = {
-        **top, "users": names, **given(SHARED_AT_SERVER, scenario), **{f"safety.{name}": value for
-        name, value in scenario.times._asdict().items()},
+        **top, "users": names, **given(SHARED_AT_SERVER, scenario),
+        **{f"safety.{name}": value for name, value in scenario.times._asdict().items()},
     }  # fmt: skip
     netem: dict[str, object] = {**own, "seed": scenario.seed, "users": names}
     masters = {}

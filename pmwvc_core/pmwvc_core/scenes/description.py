@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is constant in a scene, as plain JSON: shapes, bodies that never move, the scene's files by
-content, and what was written into the model beside them. With the files of a recording a scene can
-be made again on any machine.
+"""What is constant in a scene, as plain JSON, and its files by content: with those of a recording
+a scene can be made again on any machine.
 """
 
 import base64
@@ -71,7 +70,7 @@ def files_of(file: Path) -> dict[str, str]:
     for text in texts:  # grows: what is included may include
         try:
             elements = [*ElementTree.fromstring((folder / text).read_bytes()).iter()]
-        except ElementTree.ParseError:  # MuJoCo reads more than is XML
+        except (ElementTree.ParseError, OSError):  # MuJoCo reads more than is XML
             continue
         for each in elements:
             if each.tag == "compiler":
@@ -83,8 +82,8 @@ def files_of(file: Path) -> dict[str, str]:
                     at = beside if (folder / beside).is_file() else name
                     texts += [at] if at not in texts else []
     paths = {normpath(join(place, name)) for name in named for place in places}
-    found = sorted(path for path in paths if (folder / path).is_file())
-    found.sort(key=lambda path: path != file.name)
+    there = (path for path in paths if (folder / path).is_file())
+    found = sorted(there, key=lambda path: (path != file.name, path))
     return {path: base64.b64encode((folder / path).read_bytes()).decode() for path in found}
 
 

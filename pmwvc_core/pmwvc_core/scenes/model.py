@@ -10,7 +10,6 @@ that is fixed to the world; it gets three slides, is weightless, and is taken wh
 What a scene usually lacks to be held is written into the model where the file has MuJoCo's own
 default: elliptic friction cones with impratio 100, as a finger creeps out of a pyramid. Contacts
 with what users hold are hard, whatever the other geom says; their friction is the other geom's.
-Textures are left out.
 """
 
 import math
@@ -31,8 +30,6 @@ IMPRATIO = 100.0
 SOLREF = (2.0 * SUB_STEP_S, 1.0)  # the fastest that the solver allows
 SOLIMP = (0.998, 0.9995, 0.001, 0.5, 2.0)  # 2 N sink 0.06 mm
 OVERRIDES = 1e6  # weight of a contact's parameters against those of the other geom
-OVERLAP_M = 1e-4
-SETTLE_S = 2.0
 LARGEST_RATIO = 1e4  # of two masses
 
 
@@ -68,9 +65,7 @@ def import_mujoco() -> Any:
 
 
 def _discarded(text: str) -> None:
-    """Take a warning of MuJoCo, which would write it into a file in the working directory: a
-    scene that becomes unstable is found and named by :mod:`.mujoco_scene`.
-    """
+    """Take a warning, which MuJoCo would write into a file in the working directory."""
 
 
 def scene_model(setup: EnvironmentSetup) -> SceneModel:
@@ -110,8 +105,7 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         home = data.xipos[shown] + out - data.xpos[body.id]
         slides = slice(first, first + 3), slice(dof, dof + 3)
         held.append(Grasp(*slides, geoms, not server.handles, home))
-    made_of = {"files": files_of(file), "options": options}
-    return SceneModel(model, tuple(held), shown, made_of)
+    return SceneModel(model, tuple(held), shown, {"files": files_of(file), "options": options})
 
 
 def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:

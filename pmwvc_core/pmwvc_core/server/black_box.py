@@ -165,20 +165,23 @@ def _exchange(
     return s, reply
 
 
-def _of_outside(box: Any, name: str) -> dict[str, Any]:
+def _of_outside(box: Any, name: str, nothing: Any) -> Any:
     asked = getattr(box, "environment", None)
-    return dict(getattr(asked.environment, name, {})) if isinstance(asked, Outside) else {}
+    return getattr(asked.environment, name, nothing) if isinstance(asked, Outside) else nothing
 
 
-def poses_of(box: Any) -> Mapping[str, Sequence[float]]:
-    """Return the bodies that an environment shows: x y z [m] and quaternion w x y z, by name."""
-    return _of_outside(box, "poses")
+def shown_by(box: Any) -> tuple[Mapping[str, Sequence[float]], Sequence[float]]:
+    """Return the bodies that an environment shows: x y z [m] and quaternion w x y z, by name; and
+    contacts, 8 numbers each: indices of two bodies (-1: a fixed one), x y z [m], force on the
+    second [N].
+    """
+    return dict(_of_outside(box, "poses", {})), list(_of_outside(box, "contacts", ()))
 
 
 def description_of(box: Any) -> dict[str, Any]:
     """Return what is constant in an environment, as read from JSON; {}: nothing."""
     with refused("the description of server.environment", cannot_be="recorded"):
-        return dict(json.loads(json.dumps(_of_outside(box, "description"), allow_nan=False)))
+        return dict(json.loads(json.dumps(_of_outside(box, "description", {}), allow_nan=False)))
 
 
 def _rows(values: Array) -> Vectors:

@@ -76,8 +76,8 @@ class SteppedSession(VirtualTime):
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
         server, arrays = self.server, empty_steps(self._scenario, 1)
         note_step(server.s, 0, server.p, self._task, *arrays)
-        of_step = tick, now_ns, server.p.period_s, server.changes, arrays, row.poses
-        self.steps.append(Step(*of_step))
+        of_step = tick, now_ns, server.p.period_s, server.changes, arrays
+        self.steps.append(Step(*of_step, row.poses, row.contacts, row.contained))
 
     def traces(self) -> SessionTraces:
         """Return what the session leaves behind."""
