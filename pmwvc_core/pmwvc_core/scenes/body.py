@@ -224,9 +224,10 @@ class Box:
         rho = (at[1 + self._pads] + arms - at[0]) @ r
         found[:pads, :, :3], found[:pads, :, 3:6] = -r.T, cross(rho)
         found[pads:, :, :3], found[pads:, :, 3:6] = np.eye(3), -r @ cross(self._corners)
+        by_turn = -r.T @ cross(arms)
         for point, user in enumerate(self._pads):
             first = 6 + dof * user
             found[point, :, first : first + 3] = r.T
             if dof > 3:
-                found[point, :, first + 3 : first + 6] = -r.T @ cross(arms[point])
+                found[point, :, first + 3 : first + 6] = by_turn[point]
         return found
