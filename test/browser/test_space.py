@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.page_server import served
-from support.pages import HANDLE, Pointer
+from support.pages import HANDLE, Pointer, complaints_of
 from support.plain import load
 from support.simulated import judged, simulated
 
@@ -48,6 +48,10 @@ READ = """([layout, bytes]) => import("/session.js").then(({ Session }) => {
   const session = new Session({ layout, snapshot_s: 0.016 });
   return [...session.numbers(Uint8Array.from(bytes).buffer)];
 })"""
+DRAWN = """() => {
+  const canvas = document.getElementById("scene"), { width, height } = canvas;
+  return canvas.getContext("2d").getImageData(width / 2, 0.72 * height, 1, 1).data[3];
+}"""  # in the middle of the body
 FREE = ["operator.kind=remote", "task.kind=free"]
 A, B, C = 0.03, 0.02, 0.05
 SOLIDS = [
@@ -62,14 +66,6 @@ MESH = {
     "points": [[0, 0, 0], [A, 0, 0], [0, B, 0], [0, 0, C]],
     "faces": [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
 }
-
-
-def complaints_of(page):
-    """Return what a page writes to its console from now on, but how fast the driver is."""
-    found = []
-    own = lambda text: "GL Driver Message (OpenGL, Performance" not in text  # noqa: E731
-    page.on("console", lambda said: found.append(said.text) if own(said.text) else None)
-    return found
 
 
 @pytest.fixture(scope="module")
@@ -222,16 +218,21 @@ def test_without_webgl_outlines_are_drawn_and_the_handle_is_held_all_the_same(vi
         page = visit(live.address, script=NO_WEBGL)
         assert page.locator("#space").is_hidden()
         assert page.evaluate("!document.body.hasAttribute('data-space')")
-        drawn = """() => {
-          const canvas = document.getElementById("scene"), { width, height } = canvas;
-          const at = canvas.getContext("2d").getImageData(width / 2, 0.72 * height, 1, 1).data;
-          return at[3];
-        }"""
-        assert page.evaluate(drawn) == 255  # the middle of the box
+        assert page.evaluate(DRAWN) == 255
         pointer = Pointer(page)
         pointer.press()
         pointer.move(-0.01)
         live.until(lambda: live.now("user1.held") == 1.0, "a closed hand")
+
+
+def test_picture_goes_on_in_outlines_when_webgl_is_lost(visit):
+    with served(FREE, name="cube_3d") as live:
+        page = visit(live.address)
+        assert page.locator("#space").is_visible()
+        lost = "document.getElementById('space').getContext('webgl2')"
+        page.evaluate(f"{lost}.getExtension('WEBGL_lose_context').loseContext()")
+        page.locator("#space").wait_for(state="hidden")
+        assert page.evaluate(DRAWN) == 255
 
 
 def test_file_beside_the_report_shows_the_bodies_of_every_time(visit, tmp_path):

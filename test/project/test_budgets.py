@@ -91,7 +91,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_034, 3_000, ("pmwvc_view",)),
+    "page": Room(3_033, 3_000, ("pmwvc_view",)),
 }
 
 

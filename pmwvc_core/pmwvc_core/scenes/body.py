@@ -25,13 +25,14 @@ so that phi . D is what the forces of :mod:`.pressing` take up, and energy balan
 exactly as the forces do (:mod:`.newton`). Equations: docs/theory.md 5.18.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenes.description import FORMAT
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
 from pmwvc_core.scenes.turning import cayley, cross, quaternion
@@ -39,6 +40,8 @@ from pmwvc_core.server.black_box import EnvironmentSetup
 
 POINTS = 3  # of a pad
 TABLE_N_M, TABLE_N_S_M = 2e4, 40.0  # at each corner
+THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
+GREY, WOOD = [0.85, 0.85, 0.85, 1.0], [0.8, 0.6, 0.3, 1.0]
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
@@ -89,6 +92,7 @@ class Box:
             friction=np.full(POINTS * users + 8, own.friction),
             can_touch=np.concatenate([np.zeros(POINTS * users, bool), np.ones(8, bool)]),
         )
+        self._began_m = np.zeros(POINTS * users + 8)
         sunk_m = self._weight_n / (4.0 * TABLE_N_M)
         self._table_z = sunk_m - self._half_m
         self._there = np.zeros(users, bool)
@@ -110,6 +114,21 @@ class Box:
         """Where box and pads are, ``x y z`` [m] and quaternion ``w x y z``, by name."""
         rows = zip(self._names, *self._poses, strict=True)
         return {name: [*at.tolist(), *quaternion(turned)] for name, at, turned in rows}
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Shapes of table, box and pads, as those of :mod:`.description`."""
+        pads = np.abs(self._ring).max(axis=1) + THIN_M
+        sizes = [[TABLE_M, TABLE_M, THIN_M], [self._half_m] * 3, *pads.tolist()]
+        names = ["table", *self._names]
+        shapes = [
+            {"body": name, "kind": "box", "size": size, "at": [0.0] * 3, "turned": NOT_TURNED,
+             "rgba": WOOD if name == "box" else GREY, "user": max(user, -1)}
+            for user, (name, size) in enumerate(zip(names, sizes, strict=True), -2)
+        ]  # fmt: skip
+        table = [0.0, 0.0, self._table_z - THIN_M, *NOT_TURNED]
+        origin = [0.0] * 3
+        return {"format": FORMAT, "shapes": shapes, "fixed": {"table": table}, "origin": origin}
 
     def join(self, user: int, position: Array) -> None:
         """Put a handle where the avatar is, ``(dof,)`` [m]."""
@@ -167,22 +186,24 @@ class Box:
         return np.concatenate([(rings.reshape(-1, 3) - c) @ r, c + self._corners @ r.T])
 
     def _depths(self, at: Array) -> Array:
+        """Return how deep points are below the faces [m], less where they began."""
         face = np.where(np.arange(len(at)) < len(self._pads), self._half_m, self._table_z)
-        return np.asarray(face - np.sum(self._points.normal * at, axis=-1))
+        return np.asarray(face - np.sum(self._points.normal * at, axis=-1) - self._began_m)
 
     def _begun(self) -> tuple[Points, Array]:
         """Return the points at the beginning of a step, and where they are. A point touches a face
-        that it came to from outside, and as long as it is over it.
+        that it is over; one that comes from the side begins without force where it is.
         """
-        at, pads = self._points_at(self._poses), len(self._pads)
-        depth, normal = self._depths(at), self._points.normal
+        at, pads, normal = self._points_at(self._poses), len(self._pads), self._points.normal
         flat = at - np.sum(normal * at, axis=-1, keepdims=True) * normal
-        over = np.max(np.abs(flat[:pads]), axis=-1) <= self._half_m
-        can_touch = self._points.can_touch.copy()
-        can_touch[:pads] = (
-            self._there[self._pads] & over & (can_touch[:pads] | (depth[:pads] <= 0.0))
-        )
-        return self._points._replace(depth=depth, can_touch=can_touch), at
+        can_touch = np.max(np.abs(flat), axis=-1) <= self._half_m
+        can_touch[:pads] &= self._there[self._pads]
+        can_touch[pads:] = True
+        depth = self._depths(at)
+        slides = np.where(self._points.can_touch, np.minimum(depth, 0.0), depth)
+        self._began_m = np.where(can_touch, np.maximum(self._began_m + slides, 0.0), 0.0)
+        self._began_m[pads:] = 0.0
+        return self._points._replace(depth=self._depths(at), can_touch=can_touch), at
 
     def _moved(self, x: Array, h: float) -> Poses:
         """Return the poses after a step by mean velocities."""

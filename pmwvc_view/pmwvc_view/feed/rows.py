@@ -101,9 +101,7 @@ def newest(of: Array, times: Array, *, within_s: float = math.inf) -> Integers:
 
 
 def _write_extremes(rows: Array, layout: Layout, user: UserTraces, shown_s: float) -> None:
-    """Write the extremes of the ticks that no row has shown yet; those that came after their row
-    was made are the next one's.
-    """
+    """Write the extremes of the ticks that no row has shown yet; late ones are the next row's."""
     at = newest(user.time_s, rows[:, 1])
     first = newest(user.time_s, np.array([shown_s]))
     before = np.maximum(np.concatenate([first, at[:-1]]), first)

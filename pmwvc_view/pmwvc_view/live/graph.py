@@ -94,16 +94,13 @@ class AboutSession(Validated):
 
 @dataclass
 class Graph:
-    """The nodes of a session and their parameters by node and name, which are kept up to date, and
-    set by ``parameters``.
-
-    ``prefix`` is the session's namespace, without a slash at its end; users are in the order of
-    the server.
+    """The nodes of a session and their parameters by node and name, kept up to date, and set by
+    ``parameters``; ``prefix`` is its namespace, without a slash at its end.
     """
 
     prefix: str
     parameters: Parameters
-    users: list[str] = field(default_factory=list)
+    users: list[str] = field(default_factory=list)  # in the order of the server
     values: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

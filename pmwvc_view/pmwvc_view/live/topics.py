@@ -11,6 +11,7 @@ import json
 import math
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import LATCHED_QOS, Polled
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_msgs.msg import MasterTrace, PacketFate, Reception, ServerTrace
+from pmwvc_view.description import moving
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import NS, Tape
 from pmwvc_view.live.graph import LOOK_S, Graph
@@ -177,7 +179,11 @@ def scene_of(node: Node, topic: str) -> dict[str, Any]:
     while node.count_publishers(topic) and not came and time.monotonic() < until_s:
         time.sleep(LOOK_S)
     node.destroy_subscription(reader)
-    return dict(json.loads(came[0].data)) if came else {}
+    with suppress(LookupError, TypeError, ValueError):  # nothing came, or no description
+        scene = dict(json.loads(came[0].data))
+        moving(scene)
+        return scene
+    return {}
 
 
 TARGET_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -74,6 +74,9 @@ export class Session {
     return Array.from({ length: this.dof }, (_, axis) => this.value(column, axis));
   }
 
+  /** The part of a vector that is along x, y and z: what else there is of six axes are turns. */
+  point(column) { return this.vector(column).slice(0, 3); }
+
   /** Where a user's handle is [m]; null where that is not known: its master sent nothing yet, or nothing any more. */
   place(user) {
     const found = this.vector(`${user}.x_m`);

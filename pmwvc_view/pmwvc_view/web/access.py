@@ -68,9 +68,7 @@ def new_token() -> str:
 
 
 def page_file(path: str) -> tuple[bytes, str] | None:
-    """Return content and type of the file that a path of the page's address names, by its own path
-    below the folder: one that leads elsewhere names none, and for that there is None.
-    """
+    """Return content and type of the page's file with just this path below its folder, or None."""
     name = "index.html" if path == "/" else path.removeprefix("/")
     file = {each.relative_to(PAGE).as_posix(): each for each in PAGE.rglob("*.*")}.get(name)
     return (file.read_bytes(), TYPES[file.suffix]) if file and file.suffix in TYPES else None
