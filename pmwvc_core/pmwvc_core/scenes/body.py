@@ -41,7 +41,7 @@ from pmwvc_core.server.black_box import EnvironmentSetup
 POINTS = 3  # of a pad
 TABLE_N_M, TABLE_N_S_M = 2e4, 40.0  # at each corner
 THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
-GREY, WOOD = [0.85, 0.85, 0.85, 1.0], [0.8, 0.6, 0.3, 1.0]
+GREY, WOOD = [0.5, 0.5, 0.5, 1.0], [0.8, 0.6, 0.3, 1.0]  # the first is the page's own colour
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
@@ -224,9 +224,10 @@ class Box:
         rho = (at[1 + self._pads] + arms - at[0]) @ r
         found[:pads, :, :3], found[:pads, :, 3:6] = -r.T, cross(rho)
         found[pads:, :, :3], found[pads:, :, 3:6] = np.eye(3), -r @ cross(self._corners)
+        by_turn = -r.T @ cross(arms)
         for point, user in enumerate(self._pads):
             first = 6 + dof * user
             found[point, :, first : first + 3] = r.T
             if dof > 3:
-                found[point, :, first + 3 : first + 6] = -r.T @ cross(arms[point])
+                found[point, :, first + 3 : first + 6] = by_turn[point]
         return found
