@@ -59,17 +59,10 @@ class MasterSettings(User):
         """Return what the device is made for; it starts in front of the user's face."""
         half = self.server.object_size_m / 2
         return DeviceSetup(
-            dof=self.dof,
-            tick_s=self.master.tick_s,
-            side=self.side,
-            half_width_m=half,
-            start_m=self.side * (half + self.contact.gap_m),
-            seed=self.seed,
-            device=self.device,
-            operator=self.operator,
-            task=self.task,
-            node=node,
-        )
+            dof=self.dof, tick_s=self.master.tick_s, side=self.side, half_width_m=half,
+            start_m=self.side * (half + self.contact.gap_m), seed=self.seed, device=self.device,
+            operator=self.operator, task=self.task, node=node,
+        )  # fmt: skip
 
 
 def declare_settings(

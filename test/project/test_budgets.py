@@ -80,11 +80,12 @@ ROOMS = {
     ),
     "command line": Room(3_201, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        581,
-        581,
+        1_250,
+        1_250,
         inside(
             "pmwvc_master",
             "devices/vendor.py",
+            "devices/profile.py",
             "devices/haply.py",
             "devices/inverse_link.py",
             "devices/force_dimension.py",

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Force Dimension device against a fake of the vendor's library, made by the C compiler."""
 
+import contextlib
 import ctypes
 import math
 import shutil
@@ -14,7 +15,7 @@ from rclpy.parameter import Parameter
 from support.processes import ros
 from support.vendor_setup import vendor_setup
 
-from pmwvc_core.errors import DeviceError, ParameterError
+from pmwvc_core.errors import DeviceError
 from pmwvc_master.devices.force_dimension import ForceDimensionDevice, ForceDimensionParams
 
 SOURCE = Path(__file__).resolve().parents[1] / "support" / "fake_dhd.c"
@@ -32,7 +33,7 @@ class Fake:
     """The variables of the fake library."""
 
     def __init__(self, path):
-        self.path, self._library = str(path), ctypes.CDLL(str(path))
+        self.path, self._library, self._device = str(path), ctypes.CDLL(str(path)), None
 
     def vector(self, name):
         return (ctypes.c_double * 3).in_dll(self._library, f"fake_{name}")
@@ -48,15 +49,21 @@ class Fake:
         return ForceDimensionDevice(vendor_setup("force_dimension", dof), params)
 
     def opened(self, dof=1, **params):
-        device = self.made(dof, **params)
-        device.open()
-        return device
+        self.close()
+        self._device = self.made(dof, **params)
+        self._device.open()
+        return self._device
+
+    def close(self):
+        if self._device is not None:
+            self._device.close()
 
 
 @pytest.fixture
 def fake(tmp_path):
     """A library of its own for each test: its variables are as they were."""
-    return Fake(compiled(tmp_path))
+    with contextlib.closing(Fake(compiled(tmp_path))) as made:
+        yield made
 
 
 @needs_compiler
@@ -138,7 +145,7 @@ def test_a_position_that_is_not_new_is_not_fresh(fake):
     [
         ({"busy": 1}, {}, r"no device can be opened \(device in use\): plug it in"),
         ({}, {"serial": 8}, r"no serial = 8 can be opened"),
-        ({"type": 60}, {}, r"model = 'omega\.3': the device is fake \(type 60\); set the model"),
+        ({"type": 60}, {}, r"model = 'omega\.3': the device is fake \(type 60\), .*set the model"),
         ({"power": 0}, {}, "not ready; switch it on"),
         ({"calibrated": 0}, {}, "not ready; calibrate it"),
         ({"force_result": -1}, {}, "dhdSetForce failed: device in use"),
@@ -153,6 +160,20 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy(fake, state, params, t
     for name in state:
         fake[name] = {"busy": 0, "type": 33, "force_result": 0}.get(name, 1)
     assert fake.opened(serial=77).read(0).valid
+
+
+@needs_compiler
+def test_another_device_than_the_one_asked_for_is_refused_and_one_that_has_a_master(fake):
+    fake["reported_serial"] = 78
+    with pytest.raises(DeviceError, match=r"serial = 77: the device is fake .* number 78"):
+        fake.opened(serial=77)
+    fake.opened()
+    other = fake.made()
+    with pytest.raises(DeviceError, match="device 78: another master has it"):
+        other.open()
+    fake.close()
+    other.open()
+    other.close()
 
 
 @needs_compiler
@@ -178,5 +199,5 @@ def test_limits_are_those_of_the_model_and_parameters_the_nodes():
         device = ForceDimensionDevice(vendor_setup("force_dimension", 3, node=peer.node))
     assert (device.info.model, device.info.max_force) == ("falcon", 8.0)
     assert (device.info.workspace_m, device.info.dof) == (0.04, 3)
-    with pytest.raises(ParameterError, match=r"one of omega\.3, .*falcon"):
-        ForceDimensionParams(model="omega.9")
+    with pytest.raises(DeviceError, match=r"model = 'omega\.9': must be one of delta\.3, .*YAML"):
+        ForceDimensionDevice(vendor_setup("force_dimension"), ForceDimensionParams("omega.9"))

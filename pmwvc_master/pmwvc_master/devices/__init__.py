@@ -34,15 +34,14 @@ __all__ = [
 class DeviceInfo:
     """The capabilities of a device.
 
-    All of it is used: the forces bound the safety limits; beyond the workspace only damping is
-    rendered; the mass decides whether the rendered damping is stable at the tick rate, mass and
-    encoder step what the port of the hand may give out where velocities are ``estimated``. They
-    are compared with ``device.*``, on which predictions rest.
+    The peak bounds the safety limits; beyond the workspace only damping is rendered; the mass
+    decides whether the rendered damping is stable at the tick rate, mass and encoder step what the
+    hand port may give out where velocities are ``estimated``. They are compared with ``device.*``.
     """
 
     model: str
     dof: int  # axes sensed and actuated
-    max_force: float | None = None  # [N] peak, None: not known
+    max_force: float | None = None  # [N] peak (the continuous one where not known)
     continuous_force: float | None = None  # [N] for as long as one likes
     apparent_mass: float | None = None  # [kg]
     apparent_damping: float | None = None  # [N s/m]
@@ -127,20 +126,24 @@ def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
         value = getattr(info, name)
         if value is not None and not 0.0 < value < math.inf:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
-    declared = [f for f in (info.max_force, info.continuous_force) if f is not None]
-    return dataclasses.replace(safety, max_force=min([safety.max_force, *declared]))
+    peak = info.max_force or info.continuous_force or math.inf
+    return dataclasses.replace(safety, max_force=min(safety.max_force, peak))
 
 
 def warnings_of_device(
-    info: DeviceInfo, master: MasterParams, device: DeviceParams, *, waves: bool, strict: bool
-) -> Iterator[str]:
+    info: DeviceInfo, master: MasterParams, device: DeviceParams, *, force_n: float, waves: bool,
+    strict: bool,
+) -> Iterator[str]:  # fmt: skip
     """Yield what a user should know of a device before a hand is on it.
 
     The rendered damping b xd, held for a tick on a mass m, multiplies the velocity by 1 - b T_c/m
     per tick: it overshoots from b T_c/m = 1 and is unstable from 2. Behind counts the port of the
     hand is bounded only up to some b T_c/m (:mod:`pmwvc_core.master.count_bound`).
     """
-    mass = info.apparent_mass
+    mass, lasting = info.apparent_mass, info.continuous_force
+    if lasting is not None and force_n > lasting:
+        text = "hold less, or lower safety.max_force"
+        yield f"safety.max_force = {force_n:g} N: the device holds {lasting:g} N for long; {text}"
     if waves and mass is not None:
         impedance = largest(impedance_of(master))
         ratio = impedance * master.tick_s / mass

@@ -9,7 +9,7 @@ invalid, and a positive one is none (1: nothing new since the last read).
 """
 
 from collections.abc import Callable
-from ctypes import CDLL, POINTER, c_byte, c_char_p, c_double, c_int, c_ubyte
+from ctypes import CDLL, POINTER, byref, c_byte, c_char_p, c_double, c_int, c_ubyte, c_ushort
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,8 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import DeviceSample, DeviceSetup
-from pmwvc_master.devices.vendor import FORCE_DIMENSION, VendorDevice, VendorParams
+from pmwvc_master.devices.profile import models_of
+from pmwvc_master.devices.vendor import VendorDevice, VendorParams
 
 LIBRARIES = ("libdhd.so.3", "libdhd.so")
 NOTHING_NEW = 1  # DHD_TIMEGUARD
@@ -28,6 +29,7 @@ _VECTOR = (POINTER(c_double),) * 3
 _CALLS = {
     "dhdOpen": (), "dhdOpenSerial": (c_int,), "dhdClose": (c_byte,),
     "dhdGetSystemType": (c_byte,), "dhdGetSystemName": (c_byte,), "dhdErrorGetLastStr": (),
+    "dhdGetSerialNumber": (POINTER(c_ushort), c_byte),
     "dhdGetStatus": (POINTER(c_int), c_byte), "dhdEnableForce": (c_ubyte, c_byte),
     "dhdConfigLinearVelocity": (c_int, c_int, c_byte),
     "dhdGetPosition": (*_VECTOR, c_byte), "dhdGetLinearVelocity": (*_VECTOR, c_byte),
@@ -39,7 +41,7 @@ _CALLS = {
 class ForceDimensionParams(VendorParams):
     """Parameters of the node besides those of every device."""
 
-    model: str = fixed("omega.3", tuple(FORCE_DIMENSION), "model, whose limits apply")
+    model: str = fixed("omega.3", "-", "model whose profile applies, or a YAML file with one")
     serial: int = fixed(0, ">= 0", "serial number (0: the first that is free)")
     library: str = fixed("", "-", "path of libdhd (empty: where the system finds it)")
     axes: str = fixed("y -x z", "-", "axes of the device that are axes 0, 1, 2 of the world")
@@ -49,8 +51,7 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     """One device at the library."""
 
     def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
-        kind = ForceDimensionParams
-        super().__init__("force_dimension", setup, kind, params, FORCE_DIMENSION)
+        super().__init__("force_dimension", setup, ForceDimensionParams, params)
         self._x, self._xd = [c_double() for _ in "xyz"], [c_double() for _ in "xyz"]
         self._dhd: dict[str, Callable[..., Any]] = {}
         self._id = -1  # of an open device
@@ -79,10 +80,14 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     def _check(self) -> None:
         """Refuse another model, and a device without power or calibration."""
         kind, name = (self._dhd[f"dhdGetSystem{each}"](self._id) for each in ("Type", "Name"))
-        text = f"{(name or b'').decode()} (type {kind})"
-        self._tell(f"{text}, limits from {self._profile.source}")
-        if kind not in self._profile.types:
-            models = ", ".join(FORCE_DIMENSION)
+        serial, asked = c_ushort(), self._params.serial
+        self._do("dhdGetSerialNumber", byref(serial))
+        text = f"{(name or b'').decode()} (type {kind}), serial number {serial.value}"
+        if asked not in (0, serial.value):
+            raise DeviceError(f"force_dimension.serial = {asked}: the device is {text}")
+        self._take(str(serial.value))
+        if self._profile.types and kind not in self._profile.types:
+            models = ", ".join(models_of("force_dimension"))
             model = f"force_dimension.model = {self._params.model!r}"
             raise DeviceError(f"{model}: the device is {text}; set the model to one of {models}")
         status = (c_int * STATUS_SIZE)()
@@ -120,6 +125,7 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
             self._dhd["dhdEnableForce"](0, self._id)
             self._dhd["dhdClose"](self._id)
         self._id = -1
+        self._give_back()
 
 
 def calls_of(path: str) -> dict[str, Callable[..., Any]]:

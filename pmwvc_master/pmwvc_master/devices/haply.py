@@ -34,7 +34,8 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
 from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
-from pmwvc_master.devices.vendor import FARTHEST_M, HAPLY, ORIGIN, VendorDevice, VendorParams
+from pmwvc_master.devices.profile import ORIGIN
+from pmwvc_master.devices.vendor import FARTHEST_M, VendorDevice, VendorParams
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
 OPEN_S = 3.0  # for each of its first two answers
@@ -42,6 +43,7 @@ PLANT = (
     "filters", "gravity_compensation", "torque_scaling", "home_return", "preset", "basis", "mount",
 )  # fmt: skip
 NEW_IN_3_5 = {"basis", "mount", "filters"}
+NO_STATE = (ValueError, LookupError, TypeError, AttributeError)
 START = "start the Haply Hub or haply-inverse-service"
 
 
@@ -49,7 +51,7 @@ START = "start the Haply Hub or haply-inverse-service"
 class HaplyParams(VendorParams):
     """Parameters of the node besides those of every device."""
 
-    model: str = fixed("inverse3", tuple(HAPLY), "model, whose limits apply")
+    model: str = fixed("inverse3", "-", "model whose profile applies, or a YAML file with one")
     service: str = fixed("ws://localhost:10001", "-", "address of the Inverse Service")
     device_id: str = fixed("", "-", "id of the device (empty: the only one)")
     axes: str = fixed("x y z", "-", "axes of the device that are axes 0, 1, 2 of the world")
@@ -59,7 +61,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
     """One device of the service."""
 
     def __init__(self, setup: DeviceSetup, params: HaplyParams | None = None) -> None:
-        super().__init__("haply", setup, HaplyParams, params, HAPLY)
+        super().__init__("haply", setup, HaplyParams, params)
         self._where = f"haply.service = {self._params.service!r}"
         try:
             self._uri = parse_uri(self._params.service)
@@ -67,7 +69,6 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             raise DeviceError(f"{self._where}: {error}") from error
         self._id = self._params.device_id
         self._link: InverseLink | None = None
-        self._claim: socket.socket | None = None
         self._form = ""  # of a force; empty until the service has said what it has
         self._asked: deque[int] = deque()  # ticks [ns] of messages without an answer
         self._due_ns = self._call_ns = 0
@@ -102,36 +103,25 @@ class HaplyDevice(VendorDevice[HaplyParams]):
     def _meet(self, snapshot: bytes) -> None:
         """Choose the device from the first message of a connection, which has all settings."""
         try:
-            there = {each["device_id"]: each for each in json.loads(snapshot).get("inverse3", [])}
-        except (ValueError, KeyError, TypeError, AttributeError):
+            there = devices_of(snapshot)
+        except NO_STATE:
             raise LinkLost("what answers is no Inverse Service") from None
         if self._id not in there and (self._id or len(there) != 1):
             text = f"must be one of {', '.join(there) or 'none; plug it in and switch it on'}"
             raise DeviceError(f"haply.device_id = {self._id!r}: {text}")
         self._id = self._id or next(iter(there))
-        self._claim = self._claim or self._claimed()
+        self._take(self._id)
         config: dict[str, Any] = there[self._id].get("config") or {}
-        kind = config.get("type", self._params.model)
-        if not kind.startswith(self._params.model):
-            text = f"device {self._id} is a {kind}; set haply.model to one of {', '.join(HAPLY)}"
+        kind, types = str(config.get("type", "")), tuple(self._profile.types)
+        if kind and types and not kind.startswith(types):
+            text = f"device {self._id} is a {kind}; set haply.model to its model"
             raise DeviceError(f"haply.model = {self._params.model!r}: {text}")
         self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
         centred = "centered" in str(config.get("preset", ""))
         self._centre = ORIGIN if centred else self._profile.centre_m
         settings = {name: config[name] for name in PLANT if name in config}
-        self._tell(f"{self._id}, forces as {self._form!r}, limits from {self._profile.source}")
+        self._tell(f"{self._id}, forces as {self._form!r}")
         self._tell(f"settings of the service, unknown to predictions: {json.dumps(settings)}")
-
-    def _claimed(self) -> socket.socket:
-        """Return what no other process of this machine can have while this one lives."""
-        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        try:
-            claim.bind(f"\0pmwvc.haply.{self._id}")
-        except OSError:
-            claim.close()
-            text = "another master has this device (their forces would add); name another one"
-            raise DeviceError(f"haply.device_id = {self._id!r}: {text}") from None
-        return claim
 
     def read(self, due_ns: int) -> DeviceSample:
         """Take the answers that wait; for the first one wait half a tick at most."""
@@ -178,9 +168,9 @@ class HaplyDevice(VendorDevice[HaplyParams]):
     def _accept(self, message: bytes, measured_ns: int) -> list[float]:
         """Take a state over; return its position."""
         x, xd, ready = [math.nan] * 3, [math.nan] * 3, False
-        with contextlib.suppress(ValueError, LookupError, TypeError, AttributeError):  # NaN
-            there = {each["device_id"]: each for each in json.loads(message)["inverse3"]}
-            state, status = there[self._id]["state"], there[self._id].get("status", {})
+        with contextlib.suppress(*NO_STATE):  # NaN
+            found = devices_of(message)[self._id]
+            state, status = found["state"], found.get("status", {})
             ready = all(status.get(name, True) for name in ("calibrated", "power_supply"))
             x, xd = (
                 [float(state[name][axis]) for axis in "xyz"]
@@ -206,7 +196,12 @@ class HaplyDevice(VendorDevice[HaplyParams]):
 
     def close(self) -> None:
         """Close the connection, which ends every command, and let others have the device."""
-        for each in (self._link, self._claim):
-            if each is not None:
-                each.close()
-        self._link = self._claim = None
+        if self._link is not None:
+            self._link.close()
+        self._link = None
+        self._give_back()
+
+
+def devices_of(message: bytes) -> dict[str, dict[str, Any]]:
+    """Return the devices of a message by id; one of ``NO_STATE`` where it is none."""
+    return {each["device_id"]: each for each in json.loads(message).get("inverse3", [])}

@@ -1,16 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What devices of vendors have in common: known models, axes, parameters of their own.
-
-Peak force and workspace are declared where a source is at hand. None gives continuous force,
-apparent mass or encoder step: measure them, and set ``safety.max_force`` and ``device.*``.
-"""
+"""What devices of vendors have in common: a profile, axes, parameters, one master each."""
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+import socket
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.errors import DeviceError
@@ -18,51 +15,21 @@ from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import Validated
 from pmwvc_core.runtime.parameters import declare
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.profile import ORIGIN, Vector3, profile_of
 
 MOST_AXES = 3
 FARTHEST_M = 1.0  # no hand gets farther from the origin of a device on a desk
-Vector3 = Sequence[float]  # in the axes of the device
-ORIGIN = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class VendorParams(Validated):
-    """What the parameters of each have: the name of a profile, the text of ``Axes``."""
+    """What the parameters of each have: the model of its profile, the text of ``Axes``."""
 
     model: str = ""
     axes: str = ""
 
 
 P = TypeVar("P", bound=VendorParams)
-
-
-class Profile(NamedTuple):
-    """What is known of a model, and from where."""
-
-    source: str
-    workspace_m: float  # half extent
-    max_force: float | None = None  # [N] peak
-    centre_m: Vector3 = ORIGIN  # of the workspace
-    types: tuple[int, ...] = ()  # as ``dhdGetSystemType`` returns them
-
-
-_SDK = "Inverse SDK 3.5: radii of tutorial 06, rest position of the protocol page"
-_CHAI3D = "CHAI3D, CDeltaDevices.cpp; types: dhdc.h of SDK 3.7"
-_REST = (0.0, -0.12, 0.15)
-HAPLY = {
-    "inverse3": Profile(f"{_SDK}; force: chai3d_haply", 0.10, 10.0, _REST),
-    "minverse": Profile(_SDK, 0.04, None, _REST),
-}
-FORCE_DIMENSION = {
-    "omega.3": Profile(_CHAI3D, 0.075, 12.0, types=(33,)),
-    "omega.6": Profile(_CHAI3D, 0.075, 12.0, types=(34, 36)),
-    "omega.7": Profile(_CHAI3D, 0.075, 12.0, types=(35, 37)),
-    "delta.3": Profile(_CHAI3D, 0.15, 20.0, types=(63,)),
-    "delta.6": Profile(_CHAI3D, 0.15, 20.0, types=(64,)),
-    "sigma.6+": Profile(_CHAI3D, 0.09, 12.0, types=(106, 107)),
-    "sigma.7": Profile(_CHAI3D, 0.075, 12.0, types=(104, 105)),
-    "falcon": Profile(_CHAI3D, 0.04, 8.0, types=(60,)),
-}
 
 
 class Axes:
@@ -92,24 +59,44 @@ class Axes:
         return force
 
 
-class VendorDevice(Generic[P]):
+class VendorDevice(ABC, Generic[P]):
     """The part of a device that is alike for all; the force of its hand is not known."""
 
-    def __init__(
-        self, name: str, setup: DeviceSetup, kind: type[P], params: P | None,
-        models: Mapping[str, Profile],
-    ) -> None:  # fmt: skip
+    def __init__(self, name: str, setup: DeviceSetup, kind: type[P], params: P | None) -> None:
         """Make a device from ``params``; else those that the node was given, or the defaults."""
         node = self._node = setup.node
         self._params = p = params or (kind() if node is None else declare(node, name, kind))
-        self._tick_s, self._profile = setup.tick_s, models[p.model]
+        self._name, self._tick_s = name, setup.tick_s
+        known = self._profile = profile_of(name, p.model)
         self._axes = Axes(f"{name}.axes", p.axes, setup)
+        self._claim: socket.socket | None = None
         self.info = DeviceInfo(
-            p.model, setup.dof, max_force=self._profile.max_force,
-            workspace_m=self._profile.workspace_m, velocity="estimated",
+            p.model, setup.dof, max_force=known.max_force_n,
+            continuous_force=known.continuous_force_n, apparent_mass=known.apparent_mass_kg,
+            workspace_m=known.workspace_m, encoder_step_m=known.encoder_step_m,
+            velocity="estimated",
         )  # fmt: skip
         zero = self._zero = value((0.0,) * setup.dof)
         self._sample = DeviceSample(x=zero, xd=zero, f_h=zero, valid=False)
+
+    def _take(self, serial: str) -> None:
+        """Take a device for this process while it lives; DeviceError where another one has it."""
+        if self._claim is not None:
+            return
+        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            claim.bind(f"\0pmwvc.{self._name}.{serial}")
+        except OSError:
+            claim.close()
+            text = "another master has it (their forces would add); name another one"
+            raise DeviceError(f"{self._name}: device {serial}: {text}") from None
+        self._claim = claim
+        self._tell(f"device {serial}; profile: {'; '.join(self._profile.lines())}")
+
+    def _give_back(self) -> None:
+        if self._claim is not None:
+            self._claim.close()
+        self._claim = None
 
     def _tell(self, text: str) -> None:
         """Write a line to the log of the node, where there is one."""
@@ -123,9 +110,9 @@ class VendorDevice(Generic[P]):
         if sample.valid:
             sample.x, sample.xd = self._axes.world(x, centre_m), self._axes.world(xd)
 
+    @abstractmethod
     def write(self, f_m: Value) -> None:
         """Push the hand with ``-f_m`` until the next call."""
-        raise NotImplementedError
 
     def couple(self) -> None:
         """Do nothing: a person needs no start."""
