@@ -86,6 +86,7 @@ ROOMS = {
             "pmwvc_master",
             "devices/vendor.py",
             "devices/profile.py",
+            "devices/plausible.py",
             "devices/haply.py",
             "devices/inverse_link.py",
             "devices/force_dimension.py",

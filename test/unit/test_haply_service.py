@@ -141,7 +141,7 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy():
         refused(service, r"device_id = '04A1': must be one of 049D", device_id="04A1")
         refused(service, r"model = 'minverse': device 049D is a inverse3; set", model="minverse")
         service.position = [0.0, -120.0, 150.0]
-        refused(service, r"position \(0, -120, 150\) m: are these mm\?")
+        refused(service, r"position \(0, -119\.9, 149\.8\) m from the middle, .*are these mm\?")
         service.position, service.status = [0.0, 0.0, 0.0], {"calibrated": False}
         refused(service, "not calibrated")
         service.ids = ("049D", "04A1")

@@ -53,10 +53,8 @@ class DeviceInfo:
 
 @dataclass(frozen=True, slots=True)
 class DeviceSetup:
-    """The setup that a device is made for.
-
-    ``start_m`` is where a device that can choose starts: in front of the user's face of the
-    object. ``node`` is the ROS node, for topics, parameters, log; it is ``None`` without ROS.
+    """What a device is made for. One that can choose starts at ``start_m``, in front of the user's
+    face of the object. ``node`` is the ROS node, for topics, parameters, log; or ``None``.
     """
 
     dof: int
@@ -113,7 +111,11 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
     if device.info.dof != setup.dof:
         text = f"{device.info.dof} axes where dof = {setup.dof} is asked for"
         raise DeviceError(f"device.plugin = {name!r} has {text}")
-    return device
+    if device.info.hand_force_known:  # simulated
+        return device
+    from pmwvc_master.devices.plausible import Plausible
+
+    return Plausible(device, print if setup.node is None else setup.node.get_logger().warning)
 
 
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds

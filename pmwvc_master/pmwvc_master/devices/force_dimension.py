@@ -71,6 +71,8 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
             self._check()
             tick_ms = max(round(self._tick_s * 1e3), 1)
             self._do("dhdConfigLinearVelocity", tick_ms, 0)
+            self.read(0)
+            self._refuse_far()
             self._do("dhdSetForce", 0.0, 0.0, 0.0)
             self._do("dhdEnableForce", 1)
         except DeviceError:

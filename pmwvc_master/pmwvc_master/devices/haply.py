@@ -35,7 +35,7 @@ from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
 from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
 from pmwvc_master.devices.profile import ORIGIN
-from pmwvc_master.devices.vendor import FARTHEST_M, VendorDevice, VendorParams
+from pmwvc_master.devices.vendor import VendorDevice, VendorParams
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
 OPEN_S = 3.0  # for each of its first two answers
@@ -83,10 +83,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             state = self._next()
         except (LinkLost, OSError) as error:
             raise DeviceError(f"{self._where}: {error}; {START}") from error
-        x = self._accept(state, self._asked.popleft())
-        if max(map(abs, x)) >= FARTHEST_M:
-            text = f"position ({', '.join(f'{each:g}' for each in x)}) m: are these mm?"
-            raise DeviceError(f"haply device {self._id}: {text} The scale of its mount must be 1")
+        self._accept(state, self._asked.popleft())
+        self._refuse_far()
         if not self._sample.valid:
             text = "sends no position, is not calibrated or has no power"
             raise DeviceError(f"haply device {self._id}: {text}; see the Haply Hub")
@@ -165,8 +163,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._asked.clear()
         self._call_ns = self._due_ns + CALL_NS
 
-    def _accept(self, message: bytes, measured_ns: int) -> list[float]:
-        """Take a state over; return its position."""
+    def _accept(self, message: bytes, measured_ns: int) -> None:
+        """Take a state over."""
         x, xd, ready = [math.nan] * 3, [math.nan] * 3, False
         with contextlib.suppress(*NO_STATE):  # NaN
             found = devices_of(message)[self._id]
@@ -179,7 +177,6 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._sense(x, xd, self._centre)
         self._sample.valid &= ready
         self._sample.fresh, self._sample.measured_ns = True, measured_ns
-        return x
 
     def write(self, f_m: Value) -> None:
         """Send the force on the hand at once."""

@@ -15,10 +15,10 @@ from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import Validated
 from pmwvc_core.runtime.parameters import declare
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.plausible import beyond
 from pmwvc_master.devices.profile import ORIGIN, Vector3, profile_of
 
 MOST_AXES = 3
-FARTHEST_M = 1.0  # no hand gets farther from the origin of a device on a desk
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Axes:
         used = found[: setup.dof]
         self._axes = [("xyz".index(axis), -1.0 if sign else 1.0) for sign, axis in used]
 
-    def world(self, vector: Vector3, origin: Vector3 = ORIGIN) -> Value:
-        """Return a vector of the device, from ``origin``, in axes of the world."""
-        return value(tuple(sign * (vector[at] - origin[at]) for at, sign in self._axes))
+    def world(self, vector: Vector3) -> Value:
+        """Return a vector of the device in axes of the world."""
+        return value(tuple(sign * vector[at] for at, sign in self._axes))
 
     def on_hand(self, f_m: Value) -> list[float]:
         """Return the force on the hand, ``-f_m``, in axes of the device [N]."""
@@ -70,6 +70,7 @@ class VendorDevice(ABC, Generic[P]):
         known = self._profile = profile_of(name, p.model)
         self._axes = Axes(f"{name}.axes", p.axes, setup)
         self._claim: socket.socket | None = None
+        self._far = ""  # why a position cannot be one
         self.info = DeviceInfo(
             p.model, setup.dof, max_force=known.max_force_n,
             continuous_force=known.continuous_force_n, apparent_mass=known.apparent_mass_kg,
@@ -105,10 +106,16 @@ class VendorDevice(ABC, Generic[P]):
 
     def _sense(self, x: Vector3, xd: Vector3, centre_m: Vector3 = ORIGIN) -> None:
         """Take a motion in axes of the device over; it is invalid where it cannot be metres."""
-        sample = self._sample
-        sample.valid = all(abs(each) < FARTHEST_M for each in x) and all(map(math.isfinite, xd))
-        if sample.valid:
-            sample.x, sample.xd = self._axes.world(x, centre_m), self._axes.world(xd)
+        from_centre = [a - b for a, b in zip(x, centre_m, strict=True)]
+        self._far = beyond(from_centre, self.info.workspace_m)
+        valid = not self._far and all(map(math.isfinite, (*x, *xd)))
+        self._sample.valid = valid
+        if valid:
+            self._sample.x, self._sample.xd = self._axes.world(from_centre), self._axes.world(xd)
+
+    def _refuse_far(self) -> None:
+        if self._far:
+            raise DeviceError(f"{self._name}: {self._far}")
 
     @abstractmethod
     def write(self, f_m: Value) -> None:

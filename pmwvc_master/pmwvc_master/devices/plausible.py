@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether what a device says can be: metres, and velocities that fit the positions.
+
+Over blocks of ``BLOCK_NS``, in which the position moves by D and the velocities sum up to V::
+
+    ratio = sum(V . D) / sum(D . D)        over a second: 1 where both are the same motion
+
+Blocks are long enough for counts of an encoder not to matter, and a second at rest tells nothing.
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+
+from pmwvc_core.errors import DeviceError
+from pmwvc_core.frame import STALE_NS, DeviceSample
+from pmwvc_core.numeric import Value, dot, flatten
+from pmwvc_master.devices import HapticDevice
+
+FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
+BLOCK_NS, SECOND_NS = 20_000_000, 1_000_000_000
+MOVED_M2 = 50 * 0.0005**2  # sum of D . D of a second in which something moved
+OFF = 2.0  # ratio, or its inverse, from which velocities are not believed
+SPAN = 5  # samples of an estimated velocity
+
+
+def beyond(x: Iterable[float], workspace_m: float | None) -> str:
+    """Return what is wrong with a position that no hand can be at; empty where it can."""
+    limit_m = FARTHEST_M if workspace_m is None else FAR * workspace_m
+    there = [float(each) for each in x]
+    if not any(abs(each) > limit_m for each in there):
+        return ""
+    at = ", ".join(f"{each:.4g}" for each in there)
+    return f"position ({at}) m from the middle, at most {limit_m:.4g} m can be: are these mm?"
+
+
+class Slope:
+    """Velocities compared with the slope of positions."""
+
+    def __init__(self) -> None:
+        self._last_ns: int | None = None
+
+    def add(self, now_ns: int, x: Value, xd: Value) -> float | None:
+        """Take a new sample; return the ratio at the end of a second with motion."""
+        last_ns, self._last_ns = self._last_ns, now_ns
+        if last_ns is None or not 0 < now_ns - last_ns <= STALE_NS:
+            self._begun_ns = self._block_ns = now_ns
+            self._x, self._moved, self._vd, self._dd = x, 0.0 * xd, 0.0, 0.0
+            return None
+        self._moved = self._moved + xd * ((now_ns - last_ns) * 1e-9)
+        if now_ns - self._block_ns < BLOCK_NS:
+            return None
+        by = x - self._x
+        self._vd += float(flatten(dot(self._moved, by))[0])
+        self._dd += float(flatten(dot(by, by))[0])
+        self._block_ns, self._x, self._moved = now_ns, x, 0.0 * xd
+        if now_ns - self._begun_ns < SECOND_NS:
+            return None
+        ratio = self._vd / self._dd if self._dd > MOVED_M2 else None
+        self._begun_ns, self._vd, self._dd = now_ns, 0.0, 0.0
+        return ratio
+
+
+class Plausible:
+    """A device of which only what can be is believed; ``tell`` takes what a user should know."""
+
+    def __init__(self, device: HapticDevice, tell: Callable[[str], object]) -> None:
+        self._device, self.info, self._tell = device, device.info, tell
+        self.write, self.couple = device.write, device.couple
+        self.stop, self.close = device.stop, device.close
+        self._slope, self._wrong, self._far = Slope(), False, ""
+        self._seen: deque[tuple[int, Value]] = deque(maxlen=SPAN)
+
+    def open(self) -> None:
+        """Open the device; DeviceError where its position cannot be one in metres."""
+        self._device.open()
+        self.read(time.monotonic_ns())
+        if self._far:
+            self.close()
+            raise DeviceError(self._far)
+
+    def read(self, due_ns: int) -> DeviceSample:
+        """Return the sample, invalid beyond any workspace, its velocity estimated if need be."""
+        sample = self._device.read(due_ns)
+        if not sample.valid:
+            return sample
+        if problem := beyond(flatten(sample.x), self.info.workspace_m):
+            if not self._far:
+                self._far = f"{self.info.model}: {problem}"
+                self._tell(self._far)
+            sample.valid = False
+            return sample
+        if sample.fresh:
+            now_ns = due_ns if sample.measured_ns is None else sample.measured_ns
+            ratio = self._slope.add(now_ns, sample.x, sample.xd)
+            if ratio is not None and not self._wrong and not 1.0 / OFF < ratio < OFF:
+                self._wrong = True
+                text = f"velocities are {ratio:.3g} times the slope of positions: that one is used"
+                self._tell(f"{self.info.model}: {text}")
+            self._seen.append((now_ns, sample.x))
+        if self._wrong:
+            (then_ns, x), (now_ns, newest) = self._seen[0], self._seen[-1]
+            span_s = (now_ns - then_ns) * 1e-9
+            sample.xd = (newest - x) / span_s if span_s > 0.0 else 0.0 * newest
+        return sample
