@@ -87,6 +87,8 @@ ROOMS = {
             "devices/vendor.py",
             "devices/profile.py",
             "devices/plausible.py",
+            "devices/listing.py",
+            "devices/check.py",
             "devices/haply.py",
             "devices/inverse_link.py",
             "devices/force_dimension.py",

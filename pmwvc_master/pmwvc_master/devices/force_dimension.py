@@ -17,9 +17,11 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import DeviceSample, DeviceSetup
+from pmwvc_master.devices.listing import plugged_in
 from pmwvc_master.devices.profile import models_of
 from pmwvc_master.devices.vendor import VendorDevice, VendorParams
 
+VENDOR = "1451"  # of USB
 LIBRARIES = ("libdhd.so.3", "libdhd.so")
 NOTHING_NEW = 1  # DHD_TIMEGUARD
 # Of the status, which must not be 0: DHD_STATUS_POWER and DHD_STATUS_RESET.
@@ -56,6 +58,12 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
         self._dhd: dict[str, Callable[..., Any]] = {}
         self._id = -1  # of an open device
         self._refused = False  # the last force
+
+    @staticmethod
+    def look() -> str:
+        """Return what there is; DeviceError without library, device or permission."""
+        calls_of(ForceDimensionParams().library)
+        return f"library there; {plugged_in(VENDOR)}"
 
     def open(self) -> None:
         """Load the library, open the device, switch its forces on, at zero."""

@@ -78,9 +78,9 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         try:
             self._host = socket.gethostbyname(self._uri.host)
             self._link = InverseLink(self._uri, self._host)
-            self._meet(self._next())
+            self._meet(first_of(self._link))
             self.write(self._zero)
-            state = self._next()
+            state = first_of(self._link)
         except (LinkLost, OSError) as error:
             raise DeviceError(f"{self._where}: {error}; {START}") from error
         self._accept(state, self._asked.popleft())
@@ -89,14 +89,15 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             text = "sends no position, is not calibrated or has no power"
             raise DeviceError(f"haply device {self._id}: {text}; see the Haply Hub")
 
-    def _next(self) -> bytes:
-        """Wait for the next message; only for ``open``."""
-        assert self._link is not None
-        until = monotonic_ns() + round(OPEN_S * 1e9)
-        while (left := until - monotonic_ns()) > 0:
-            if messages := self._link.take(left * 1e-9):
-                return messages[0]
-        raise LinkLost(f"no answer in {OPEN_S:g} s")
+    @staticmethod
+    def look() -> str:
+        """Return the devices that the service of this machine has; DeviceError without one."""
+        uri = parse_uri(HaplyParams().service)
+        try:
+            there = devices_of(first_of(InverseLink(uri, socket.gethostbyname(uri.host))))
+        except (LinkLost, OSError, *NO_STATE) as error:
+            raise DeviceError(f"no Inverse Service at {HaplyParams().service}: {START}") from error
+        return f"the service has {', '.join(there) or 'no device: plug it in and switch it on'}"
 
     def _meet(self, snapshot: bytes) -> None:
         """Choose the device from the first message of a connection, which has all settings."""
@@ -197,6 +198,15 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             self._link.close()
         self._link = None
         self._give_back()
+
+
+def first_of(link: InverseLink) -> bytes:
+    """Wait for the next message; only when a device is opened."""
+    until = monotonic_ns() + round(OPEN_S * 1e9)
+    while (left := until - monotonic_ns()) > 0:
+        if messages := link.take(left * 1e-9):
+            return messages[0]
+    raise LinkLost(f"no answer in {OPEN_S:g} s")
 
 
 def devices_of(message: bytes) -> dict[str, dict[str, Any]]:
