@@ -60,10 +60,12 @@ class Limits:
         self.spring, self.h, self.soft_s, self.release_s = spring, h, soft_s, release_s
         self.most_n, self.slew_n = most_n, slew_n
         self.f, self.part, self.rest = 0.0, 0.0, 1.0
+        self.old, self.fading_s = 0.0, 0.0
         self.ready = self.was_damped = self.rises_again = self.by_silence = False
 
     def restart(self):
         self.part, self.rises_again, self.by_silence = 0.0, False, False
+        self.old, self.fading_s = self.f, 0.02
         self.spring.let_go()
 
     def pass_on(self, f, x, xd, *, coupled, silence_s, silent_after_s, interrupted):
@@ -73,7 +75,8 @@ class Limits:
         self._ratios(coupled, damped, damped and gone)
         if self.spring.friction.acts:
             f = f + self.spring.pull(f)
-        f = self.part * f
+        self.fading_s = max(self.fading_s - self.h, 0.0) if coupled else 0.0
+        f = self.part * f + self.old * (self.fading_s / 0.02)
         size = math.sqrt(f @ f)
         wanted = f * (self.most_n / size) if size > self.most_n else f
         change = wanted - self.f

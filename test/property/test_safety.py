@@ -44,6 +44,7 @@ def stretches(dof):
             silence_s=st.one_of(st.just(0.0), st.floats(0.0, 3.0), st.just(math.inf)),
             coupled=st.one_of(st.just(True), st.booleans()),
             rearm=st.booleans(),
+            other_server=st.booleans(),
         ),
         min_size=1,
         max_size=8,
@@ -56,6 +57,8 @@ def play(safety, story, form):
     for part in story:
         if part.rearm:
             safety.rearm()
+        if part.other_server:
+            safety.restart()
         f, x, xd = form(part.f), form(part.x), form(np.asarray(part.xd))
         for _ in range(part.ticks):
             after = safety(f, xd, x=x, silence_s=part.silence_s, coupled=part.coupled)
@@ -94,7 +97,14 @@ class OnlySaturation:
 def test_control_clipping_alone_makes_steps_and_full_force_of_no_number():
     def part(f):
         return SimpleNamespace(
-            ticks=1, f=np.array([f]), x=[0.0], xd=[0.0], silence_s=0.0, coupled=True, rearm=False
+            ticks=1,
+            f=np.array([f]),
+            x=[0.0],
+            xd=[0.0],
+            silence_s=0.0,
+            coupled=True,
+            rearm=False,
+            other_server=False,
         )
 
     story = [part(f) for f in (5.0, -math.inf, math.nan)]

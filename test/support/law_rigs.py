@@ -52,7 +52,7 @@ class ForceLimits:
         self._times = tick_s, packet_s, LARGEST, 0.0
         self.p = limits_params(self.params, *self._times)
         nothing = (0.0,) * axes
-        self.s = Limits(nothing, loose_brake(nothing), self.p.timeout_s)
+        self.s = Limits(nothing, nothing, loose_brake(nothing), self.p.timeout_s)
 
     def __call__(self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, ticks=1):
         f, x, xd = (vector(signal, self.axes) for signal in (f, x, xd))

@@ -198,3 +198,21 @@ def test_only_a_silence_of_the_same_server_ends_faster_than_a_soft_start():
     first(2.0, ticks=10)
     first(2.0, silence_s=0.05, ticks=50)
     assert first(2.0) == pytest.approx(slow)
+
+
+def test_a_force_from_before_another_server_fades_in_20_ms():
+    rig = coupled()
+    rig(2.0, ticks=20)
+    rig.restart()
+    forces = [2.0] + [rig(0.0) for _ in range(25)]
+    assert forces[:21] == pytest.approx(np.linspace(2.0, 0.0, 21))
+    assert forces[21:] == [0.0] * 5
+    assert rig.events == 0
+
+
+def test_too_fast_a_device_does_not_wait_for_that():
+    rig = coupled()
+    rig(2.0, ticks=20)
+    rig.restart()
+    assert rig(0.0, xd=-1.1) == 0.0
+    assert rig(0.0) == 0.0

@@ -110,7 +110,7 @@ def made_user(
     reach = LARGEST if workspace_m is None else REACH * workspace_m
     of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
-    limits = Limits(nothing, loose_brake(nothing), of_limits.timeout_s)
+    limits = Limits(nothing, nothing, loose_brake(nothing), of_limits.timeout_s)
     s = ForceLoop(
         0, 0, master.rate_drop, master.frame_s, Packing(*(nothing,) * 3), arrivals, packet, 0,
         port, limits, nothing, NEVER_NS, 0, NEVER, False,

@@ -62,7 +62,13 @@ def local_offer(
     s: LocalModel, device_x: Vector, p: SpringDamper, b: Any
 ) -> tuple[LocalModel, Vector, Vector]:
     """Return v0 [sqrt(W)] and g of the answer v0 + g u2, for each eigenvalue of b."""
-    s = _offered(s, device_x, p)
+    beyond_m, dissipated_j = device_x[0] - p.begins_m, s.dissipated_j
+    if p.acts == EVERYWHERE or (beyond_m > 0.0 if p.acts == ABOVE else beyond_m < 0.0):
+        slope = p.stiffness * (0.5 * p.tick_s) + p.damping
+        s = LocalModel(s.x, scaled(s.x, p.stiffness), slope, True, dissipated_j)
+    else:
+        dissipated_j += local_stored_j(s, p)
+        s = LocalModel(zero(s.x), zero(s.x), 0.0, False, dissipated_j)
     shares = each(_share, (b.values,), s.slope)
     v0 = along(b, shares, wave_v(b, zero(s.f0), s.f0))
     return s, v0, each(_reflection, (shares,))
@@ -84,24 +90,9 @@ def local_answer(s: LocalModel, u2: Vector, p: SpringDamper, b: Any) -> tuple[Lo
     return _moved(s, f, xd if s.there else zero(xd), p), v2
 
 
-def is_there(device_x: Vector, acts: int, begins_m: float) -> bool:
-    """Tell whether a model is in place."""
-    if acts == EVERYWHERE:
-        return True
-    return device_x[0] > begins_m if acts == ABOVE else device_x[0] < begins_m
-
-
 def resting_local(axes: int) -> LocalModel:
     """Return the model at rest."""
     return LocalModel((0.0,) * axes, (0.0,) * axes, 0.0, True, 0.0)
-
-
-def _offered(s: LocalModel, device_x: Vector, p: SpringDamper) -> LocalModel:
-    if not is_there(device_x, p.acts, p.begins_m):
-        dissipated_j = s.dissipated_j + local_stored_j(s, p)
-        return LocalModel(zero(s.x), zero(s.x), 0.0, False, dissipated_j)
-    slope = p.stiffness * (0.5 * p.tick_s) + p.damping
-    return LocalModel(s.x, scaled(s.x, p.stiffness), slope, True, s.dissipated_j)
 
 
 def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
