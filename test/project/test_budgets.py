@@ -89,6 +89,7 @@ ROOMS = {
             "devices/plausible.py",
             "devices/listing.py",
             "devices/check.py",
+            "devices/touch.py",
             "devices/haply.py",
             "devices/inverse_link.py",
             "devices/force_dimension.py",

@@ -9,7 +9,7 @@ which way it pushes, and whether it goes on pushing when nobody calls it. Forces
 import contextlib
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import rclpy
@@ -35,27 +35,24 @@ MOVED_M, FARTHEST_M = 0.01, 0.6  # by a hand
 SHIFTED_M, PUSHED_M_S = 0.0005, 0.005  # by a push, at least
 NOISE_M = 0.001  # peak to peak
 DIRECTIONS = ("+x, along which the users meet", "+y", "+z")
+Push: TypeAlias = tuple[int, float, float]  # axis, largest force, force at the end [N]
+Clock: TypeAlias = Callable[[float], Iterable[Tick]]
+Ask: TypeAlias = Callable[[str], object]
 
 
 class NewSamples(NamedTuple):
-    """The new samples: times and ages [s], motion (samples, dof); ticks without a valid one."""
+    """New samples: times and ages [s], motion (samples, dof)."""
 
     t: Array
     x: Array
     xd: Array
     ages: Array
-    invalid: int
 
 
 class DeviceCheck:
-    """One check of an open device: ``clock`` gives the ticks of a time [s] (or lets one pass),
-    ``ask`` asks a person to do something.
-    """
+    """One check of a device: ``clock`` gives the ticks of a time [s], ``ask`` asks a person."""
 
-    def __init__(
-        self, device: HapticDevice, tick_s: float, clock: Callable[[float], Iterable[Tick]],
-        ask: Callable[[str], object],
-    ) -> None:  # fmt: skip
+    def __init__(self, device: HapticDevice, tick_s: float, clock: Clock, ask: Ask) -> None:
         self._device, self._tick_s, self._clock, self._ask = device, tick_s, clock, ask
 
     def lines(self, push_n: float = 0.0) -> Iterator[DeviceLine]:
@@ -76,17 +73,15 @@ class DeviceCheck:
             self._ask(f"The last time: let the handle give way along {DIRECTIONS[0]}")
             yield self._without_calls(push_n)
 
-    def _seen(
-        self, seconds: float, axis: int = 0, push_n: float = 0.0, end_n: float = 0.0
-    ) -> NewSamples:
-        """Read for a time, pushing the hand along an axis; the push rises, and falls to an end."""
-        rows, ages, invalid, first = [], [], 0, None
+    def _seen(self, seconds: float, push: Push = (0, 0.0, 0.0)) -> NewSamples:
+        """Read for a time, pushing the hand; the push rises, and falls to its end."""
+        rows, ages, first = [], [], None
         step_n, count = SLEW_N_S * self._tick_s, round(seconds / self._tick_s)
+        axis, push_n, end_n = push
         for k, tick in enumerate(self._clock(seconds)):
             sample = self._device.read(tick.due_ns)
             x, xd = flatten(sample.x), flatten(sample.xd)
             if not sample.valid:
-                invalid += 1
                 push_n = end_n = 0.0
             elif sample.fresh:
                 first = x if first is None else first
@@ -100,20 +95,19 @@ class DeviceCheck:
         if not rows:
             raise DeviceError(f"{self._device.info.model}: no valid sample in {seconds:g} s")
         t, xs, xds = (np.array(each) for each in zip(*rows, strict=True))
-        return NewSamples(t, xs, xds, np.array(ages), invalid)
+        return NewSamples(t, xs, xds, np.array(ages))
 
     def _pushed(self, axis: int, push_n: float) -> DeviceLine:
         """Push along an axis; return whether the handle gave way in that direction."""
-        by = farthest(self._seen(PUSH_S, axis, push_n))[axis]
+        by = farthest(self._seen(PUSH_S, (axis, push_n, 0.0)))[axis]
         text = f"push along axis {axis}: {1e3 * by:+.3g} mm"
-        if abs(by) < SHIFTED_M:
-            return DeviceLine(False, f"{text}: held fast, or no force")
         wrong = "" if by > 0.0 else ": forces and motions differ in sign"
+        wrong = wrong if abs(by) >= SHIFTED_M else ": held fast, or no force"
         return DeviceLine(not wrong, text + wrong)
 
     def _without_calls(self, push_n: float) -> DeviceLine:
         """Push, call nothing for a while, and return whether the push went on."""
-        before = self._seen(BRIEF_S, 0, push_n, push_n)
+        before = self._seen(BRIEF_S, (0, push_n, push_n))
         for _ in self._clock(SILENT_S):
             pass
         after = self._seen(0.02)
@@ -140,7 +134,7 @@ def at_rest(there: NewSamples, seconds: float) -> Iterator[DeviceLine]:
     age, late = (1e3 * float(np.percentile(there.ages, each)) for each in (50, 99))
     text = f"{rate:.0f} new samples a second, {age:.2f} ms old (99 %: {late:.2f} ms)"
     slow = "" if rate >= SLOWEST_HZ else "; too few for stiff contacts"
-    yield DeviceLine(not slow, f"{text}{slow}; {there.invalid} ticks without a valid one")
+    yield DeviceLine(not slow, text + slow)
     noise_m, rms = float(np.ptp(there.x, axis=0).max()), float(there.xd.std(axis=0).max())
     text = f"noise: {1e6 * noise_m:.1f} um peak to peak, velocity {1e3 * rms:.2f} mm/s rms"
     moved = "" if noise_m < NOISE_M else "; was the handle still?"
@@ -160,23 +154,14 @@ def along(there: NewSamples, axis: int) -> DeviceLine:
 
 def slopes(motions: list[NewSamples]) -> DeviceLine:
     """Return whether velocities are those of the positions."""
-    found = []
+    slope, ratios = Slope(), []
     for there in motions:
-        slope = Slope()
-        of_ticks = zip(
-            (there.t * 1e9).round().astype(int).tolist(), there.x, there.xd, strict=True
-        )
-        found += [ratio for each in of_ticks if (ratio := slope.add(*each)) is not None]
-    if not found:
+        for t, x, xd in zip(there.t.tolist(), there.x, there.xd, strict=True):
+            ratios += [each] if (each := slope.add(round(t * 1e9), x, xd)) is not None else []
+    if not ratios:
         return DeviceLine(False, "velocity: too little motion for a result")
-    ratio = float(np.median(found))
+    ratio = float(np.median(ratios))
     return DeviceLine(1 / OFF < ratio < OFF, f"velocity: {ratio:.3g} times the positions' slope")
-
-
-def announce(text: str) -> None:
-    """Say what a person should do, and give time to begin."""
-    print(f"{text} (in {BEFORE_S:g} s)", flush=True)
-    time.sleep(BEFORE_S)
 
 
 def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine]:
@@ -184,11 +169,9 @@ def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine
     rclpy.init(args=[])
     with contextlib.ExitStack() as ends:
         ends.callback(rclpy.try_shutdown)
-        parameters = [Parameter(name, value=value) for name, value in given.items()]
-        node = Node(
-            "check", namespace="check", parameter_overrides=parameters,
-            automatically_declare_parameters_from_overrides=True,
-        )  # fmt: skip
+        options: dict[str, Any] = {"automatically_declare_parameters_from_overrides": True}
+        options["parameter_overrides"] = [Parameter(n, value=given[n]) for n in given]
+        node = Node("check", namespace="check", **options)
         ends.callback(node.destroy_node)
         settings = declare_settings(node, lambda _: None, lambda _: None)
         device = make_device(settings.device.plugin, settings.device_setup(node))
@@ -199,10 +182,13 @@ def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine
         device.open()
         ends.callback(device.close)
         ends.callback(device.stop)
-        tick_s = settings.master.tick_s
-        pacer = Pacer(round(tick_s * 1e9))
+        pacer, tick_s = Pacer(round(settings.master.tick_s * 1e9)), settings.master.tick_s
 
         def clock(seconds: float) -> Iterable[Tick]:
             return (pacer.wait() for _ in range(round(seconds / tick_s)))
 
-        yield from DeviceCheck(device, tick_s, clock, announce).lines(push_n)
+        def ask(text: str) -> None:
+            print(f"{text} (in {BEFORE_S:g} s)", flush=True)
+            time.sleep(BEFORE_S)
+
+        yield from DeviceCheck(device, tick_s, clock, ask).lines(push_n)

@@ -8,8 +8,7 @@ tick. A negative result is an error: such a read, or the one after a force that 
 invalid, and a positive one is none (1: nothing new since the last read).
 """
 
-from collections.abc import Callable
-from ctypes import CDLL, POINTER, byref, c_byte, c_char_p, c_double, c_int, c_ubyte, c_ushort
+from ctypes import POINTER, byref, c_byte, c_char_p, c_double, c_int, c_ubyte, c_ushort
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,24 +17,25 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import DeviceSample, DeviceSetup
 from pmwvc_master.devices.listing import plugged_in
-from pmwvc_master.devices.profile import models_of
-from pmwvc_master.devices.vendor import VendorDevice, VendorParams
+from pmwvc_master.devices.vendor import Calls, VendorDevice, VendorParams, library_calls
 
-VENDOR = "1451"  # of USB
+VENDOR, SDK = "1451", "Force Dimension SDK (3.7 or later)"
 LIBRARIES = ("libdhd.so.3", "libdhd.so")
 NOTHING_NEW = 1  # DHD_TIMEGUARD
 # Of the status, which must not be 0: DHD_STATUS_POWER and DHD_STATUS_RESET.
 READY = {0: "switch it on", 3: "calibrate it by HapticInit of the SDK"}
 STATUS_SIZE = 64  # 16 in SDK 3.7, perhaps more later
-_VECTOR = (POINTER(c_double),) * 3
+_VECTOR = (*(POINTER(c_double),) * 3, c_byte)
 _CALLS = {
-    "dhdOpen": (), "dhdOpenSerial": (c_int,), "dhdClose": (c_byte,),
-    "dhdGetSystemType": (c_byte,), "dhdGetSystemName": (c_byte,), "dhdErrorGetLastStr": (),
-    "dhdGetSerialNumber": (POINTER(c_ushort), c_byte),
-    "dhdGetStatus": (POINTER(c_int), c_byte), "dhdEnableForce": (c_ubyte, c_byte),
-    "dhdConfigLinearVelocity": (c_int, c_int, c_byte),
-    "dhdGetPosition": (*_VECTOR, c_byte), "dhdGetLinearVelocity": (*_VECTOR, c_byte),
-    "dhdSetForce": (c_double, c_double, c_double, c_byte),
+    "dhdOpen": (c_int, ()), "dhdOpenSerial": (c_int, (c_int,)), "dhdClose": (c_int, (c_byte,)),
+    "dhdErrorGetLastStr": (c_char_p, ()), "dhdGetSystemName": (c_char_p, (c_byte,)),
+    "dhdGetSystemType": (c_int, (c_byte,)),
+    "dhdGetSerialNumber": (c_int, (POINTER(c_ushort), c_byte)),
+    "dhdGetStatus": (c_int, (POINTER(c_int), c_byte)),
+    "dhdEnableForce": (c_int, (c_ubyte, c_byte)),
+    "dhdConfigLinearVelocity": (c_int, (c_int, c_int, c_byte)),
+    "dhdGetPosition": (c_int, _VECTOR), "dhdGetLinearVelocity": (c_int, _VECTOR),
+    "dhdSetForce": (c_int, (c_double, c_double, c_double, c_byte)),
 }  # fmt: skip
 
 
@@ -55,30 +55,30 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
         super().__init__("force_dimension", setup, ForceDimensionParams, params)
         self._x, self._xd = [c_double() for _ in "xyz"], [c_double() for _ in "xyz"]
-        self._dhd: dict[str, Callable[..., Any]] = {}
+        self._dhd = Calls()
         self._id = -1  # of an open device
         self._refused = False  # the last force
 
     @staticmethod
     def look() -> str:
         """Return what there is; DeviceError without library, device or permission."""
-        calls_of(ForceDimensionParams().library)
+        library_calls("force_dimension", "", LIBRARIES, _CALLS, SDK)
         return f"library there; {plugged_in(VENDOR)}"
 
     def open(self) -> None:
         """Load the library, open the device, switch its forces on, at zero."""
-        self._dhd, serial = calls_of(self._params.library), self._params.serial
+        library, serial = self._params.library, self._params.serial
+        self._dhd = library_calls("force_dimension", library, LIBRARIES, _CALLS, SDK)
         self._id = self._dhd["dhdOpenSerial"](serial) if serial else self._dhd["dhdOpen"]()
         if self._id < 0:
             which = f"serial = {serial}" if serial else "device"
+            ways = "plug it in, switch it on, end other programs on it; see pmwvc devices"
             raise DeviceError(
-                f"force_dimension: no {which} can be opened ({self._error()}): plug it in, "
-                "switch it on, end other programs that use it, allow access to it by a udev rule"
+                f"force_dimension: no {which} can be opened ({self._error()}): {ways}"
             )
         try:
             self._check()
-            tick_ms = max(round(self._tick_s * 1e3), 1)
-            self._do("dhdConfigLinearVelocity", tick_ms, 0)
+            self._do("dhdConfigLinearVelocity", max(round(self._tick_s * 1e3), 1), 0)
             self.read(0)
             self._refuse_far()
             self._do("dhdSetForce", 0.0, 0.0, 0.0)
@@ -92,14 +92,8 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
         kind, name = (self._dhd[f"dhdGetSystem{each}"](self._id) for each in ("Type", "Name"))
         serial, asked = c_ushort(), self._params.serial
         self._do("dhdGetSerialNumber", byref(serial))
-        text = f"{(name or b'').decode()} (type {kind}), serial number {serial.value}"
-        if asked not in (0, serial.value):
-            raise DeviceError(f"force_dimension.serial = {asked}: the device is {text}")
-        self._take(str(serial.value))
-        if self._profile.types and kind not in self._profile.types:
-            models = ", ".join(models_of("force_dimension"))
-            model = f"force_dimension.model = {self._params.model!r}"
-            raise DeviceError(f"{model}: the device is {text}; set the model to one of {models}")
+        text = f"{(name or b'').decode()} (type {kind})"
+        self._take(kind, str(serial.value), str(asked or ""), text)
         status = (c_int * STATUS_SIZE)()
         self._do("dhdGetStatus", status)
         for at, remedy in READY.items():
@@ -136,24 +130,3 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
             self._dhd["dhdClose"](self._id)
         self._id = -1
         self._give_back()
-
-
-def calls_of(path: str) -> dict[str, Callable[..., Any]]:
-    """Return the calls of the library; DeviceError where it or one of them is not there."""
-    where, problem = f"force_dimension.library = {path!r}", ""
-    for name in (path,) if path else LIBRARIES:
-        try:
-            library = CDLL(name)
-            break
-        except OSError as error:
-            problem = problem or str(error)
-    else:
-        remedy = "install the Force Dimension SDK and name the file, or set LD_LIBRARY_PATH"
-        raise DeviceError(f"{where}: {problem}; {remedy}")
-    if lacks := [name for name in _CALLS if not hasattr(library, name)]:
-        raise DeviceError(f"{where}: lacks {', '.join(lacks)}; install a newer SDK (3.7 or later)")
-    calls = {name: getattr(library, name) for name in _CALLS}
-    for name, call in calls.items():
-        call.argtypes = _CALLS[name]
-        call.restype = c_char_p if name.endswith(("Str", "Name")) else c_int
-    return calls

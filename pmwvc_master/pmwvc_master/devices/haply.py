@@ -3,18 +3,15 @@
 """Haply Inverse3 and Minverse, behind the Inverse Service of this machine (JSON over WebSocket).
 
 The service answers every message with one state. ``write`` sends the force at once; the next
-``read`` takes its answer, so a state is a tick old, where other devices are read in the tick. The
-rendered damping b, held for a tick T on a mass m, then acts on the velocity of the tick before::
+``read`` takes its answer, so a state is a tick old. The rendered damping b, held for a tick T on a
+mass m, then acts on the velocity of the tick before::
 
     v[k+1] = v[k] - r v[k-1],   r = b T/m:   overshoots from r = 1/4, unstable from 1 (not 2).
 
-All answers that wait are taken and the newest counts. It was measured when its message was sent,
-or later: ``measured_ns`` is the tick of that message. A service without an answer for a second, or
-without a connection, is called again every second; meanwhile samples are invalid, so that the loop
-renders no force; after a second of that its fault lasts until it is re-armed.
-
-Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports basis, mount and
-filters in the snapshot with which it begins. Its axes: x right, y forward, z up.
+Of the answers that wait the newest counts; ``measured_ns`` is the tick of its message. A service
+without an answer for a second, or a connection, is called again every second; samples are invalid
+meanwhile. Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports basis,
+mount and filters in its first message. Its axes: x right, y forward, z up.
 """
 
 import contextlib
@@ -39,10 +36,8 @@ from pmwvc_master.devices.vendor import VendorDevice, VendorParams
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
 OPEN_S = 3.0  # for each of its first two answers
-PLANT = (
-    "filters", "gravity_compensation", "torque_scaling", "home_return", "preset", "basis", "mount",
-)  # fmt: skip
 NEW_IN_3_5 = {"basis", "mount", "filters"}
+PLANT = ("gravity_compensation", "torque_scaling", "home_return", "preset", *sorted(NEW_IN_3_5))
 NO_STATE = (ValueError, LookupError, TypeError, AttributeError)
 START = "start the Haply Hub or haply-inverse-service"
 
@@ -86,8 +81,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._accept(state, self._asked.popleft())
         self._refuse_far()
         if not self._sample.valid:
-            text = "sends no position, is not calibrated or has no power"
-            raise DeviceError(f"haply device {self._id}: {text}; see the Haply Hub")
+            text = "sends no position, is not calibrated or has no power: see the Haply Hub"
+            raise DeviceError(f"haply device {self._id}: {text}")
 
     @staticmethod
     def look() -> str:
@@ -109,12 +104,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             text = f"must be one of {', '.join(there) or 'none; plug it in and switch it on'}"
             raise DeviceError(f"haply.device_id = {self._id!r}: {text}")
         self._id = self._id or next(iter(there))
-        self._take(self._id)
         config: dict[str, Any] = there[self._id].get("config") or {}
-        kind, types = str(config.get("type", "")), tuple(self._profile.types)
-        if kind and types and not kind.startswith(types):
-            text = f"device {self._id} is a {kind}; set haply.model to its model"
-            raise DeviceError(f"haply.model = {self._params.model!r}: {text}")
+        self._take(config.get("type", next(iter(self._profile.types), "")), self._id)
         self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
         centred = "centered" in str(config.get("preset", ""))
         self._centre = ORIGIN if centred else self._profile.centre_m
@@ -183,8 +174,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         """Send the force on the hand at once."""
         if self._link is None or not self._form:
             return
-        x, y, z = self._axes.on_hand(f_m)
-        force = {"set_cursor_force": {self._form: {"x": x, "y": y, "z": z}}}
+        vector = dict(zip("xyz", self._axes.on_hand(f_m), strict=True))
+        force = {"set_cursor_force": {self._form: vector}}
         message = {"inverse3": [{"device_id": self._id, "commands": force}]}
         try:
             self._link.send(json.dumps(message))

@@ -6,16 +6,16 @@ Over blocks of ``BLOCK_NS``, in which the position moves by D and the velocities
 
     ratio = sum(V . D) / sum(D . D)        over a second: 1 where both are the same motion
 
-Blocks are long enough for counts of an encoder not to matter, and a second at rest tells nothing.
+Counts of an encoder do not matter in blocks, and a second at rest gives no result.
 """
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
-from pmwvc_core.numeric import Value, dot, flatten
+from pmwvc_core.numeric import Array, Value, dot, flatten
 from pmwvc_master.devices import HapticDevice
 
 FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
@@ -25,13 +25,12 @@ OFF = 2.0  # ratio, or its inverse, from which velocities are not believed
 SPAN = 5  # samples of an estimated velocity
 
 
-def beyond(x: Iterable[float], workspace_m: float | None) -> str:
+def beyond(x: Sequence[float] | Array, workspace_m: float | None) -> str:
     """Return what is wrong with a position that no hand can be at; empty where it can."""
     limit_m = FARTHEST_M if workspace_m is None else FAR * workspace_m
-    there = [float(each) for each in x]
-    if not any(abs(each) > limit_m for each in there):
+    if not any(abs(each) > limit_m for each in x):
         return ""
-    at = ", ".join(f"{each:.4g}" for each in there)
+    at = ", ".join(f"{each:.4g}" for each in x)
     return f"position ({at}) m from the middle, at most {limit_m:.4g} m can be: are these mm?"
 
 
@@ -78,7 +77,7 @@ class Plausible:
         self.read(time.monotonic_ns())
         if self._far:
             self.close()
-            raise DeviceError(self._far)
+            raise DeviceError(f"{self.info.model}: {self._far}")
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return the sample, invalid beyond any workspace, its velocity estimated if need be."""
@@ -87,9 +86,8 @@ class Plausible:
             return sample
         if problem := beyond(flatten(sample.x), self.info.workspace_m):
             if not self._far:
-                self._far = f"{self.info.model}: {problem}"
-                self._tell(self._far)
-            sample.valid = False
+                self._tell(f"{self.info.model}: {problem}")
+            self._far, sample.valid = problem, False
             return sample
         if sample.fresh:
             now_ns = due_ns if sample.measured_ns is None else sample.measured_ns

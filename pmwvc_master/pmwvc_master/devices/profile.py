@@ -51,8 +51,7 @@ def profile_of(device: str, model: str) -> Profile:
     where, known = f"{device}.model = {model!r}", models_of(device)
     file = FOLDER / device / f"{model}.yaml" if model in known else Path(model).expanduser()
     if file.suffix not in (".yaml", ".yml"):
-        models = f"one of {', '.join(known)}, or " if known else ""
-        raise DeviceError(f"{where}: must be {models}a YAML file with a profile")
+        raise DeviceError(f"{where}: must be {', '.join(known)} or a YAML file with a profile")
     try:
         content = yaml.safe_load(file.read_text("utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -80,11 +79,14 @@ def _problem(name: str, entry: Any) -> str:
         return f"{name} = {entry}: must be {{value: ..., source: ...}}"
     value = entry["value"]
     if name in ("types", "joints"):
-        return "" if isinstance(value, list) else f"{name} = {value}: must be a list"
-    numbers = value if name == "centre_m" else [value]
-    right = isinstance(numbers, list) and all(
-        type(each) in (int, float) and math.isfinite(each) for each in numbers
-    )
-    if name == "centre_m":
-        return "" if right and len(numbers) == 3 else f"{name} = {value}: must be 3 numbers"
-    return "" if right and value > 0.0 else f"{name} = {value!r}: must be a number > 0"
+        right, what = isinstance(value, list), "a list"
+    elif name == "centre_m":
+        right = isinstance(value, list) and len(value) == 3 and all(map(_finite, value))
+        what = "3 numbers"
+    else:
+        right, what = _finite(value) and value > 0.0, "a number > 0"
+    return "" if right else f"{name} = {value!r}: must be {what}"
+
+
+def _finite(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)
