@@ -7,7 +7,7 @@ import pytest
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import DeviceSample
-from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_master.devices import DeviceInfo
 from pmwvc_master.devices.check import AWAY_M, FAST_M_S, SLEW_N_S, DeviceCheck
 
@@ -37,22 +37,23 @@ class Desk:
         self.moves = (self.axes[count], self.now) if text.startswith("Move") else None
         self.xd = 0.0 * self.xd
 
-    def clock(self, seconds):
-        for _ in range(round(seconds / TICK_S)):
-            self.now += TICK_S
-            force = self.force if self.now - self.called <= self.watchdog_s else 0.0 * self.force
-            if self.moves is not None:
-                axis, since = self.moves
-                self.xd = 0.0 * self.xd
-                self.xd[axis] = self.sign * 0.03 * max(0.0, min(1.0, 2.0 - (self.now - since)))
-            elif not self.held:
-                self.xd = self.xd + self.push * force / 0.2 * TICK_S
-            self.x = self.x + self.xd * TICK_S
-            due = round(self.now * 1e9)
-            yield Tick(0, due, due + 50_000, 50_000, 0)
+    def clock(self):
+        return round(self.now * 1e9)
+
+    def sleep(self, until_ns):
+        """Let a tick pass; it begins 50 us late."""
+        self.now = until_ns * 1e-9 + 50e-6
+        force = self.force if self.now - self.called <= self.watchdog_s else 0.0 * self.force
+        if self.moves is not None:
+            axis, since = self.moves
+            self.xd = 0.0 * self.xd
+            self.xd[axis] = self.sign * 0.03 * max(0.0, min(1.0, 2.0 - (self.now - since)))
+        elif not self.held:
+            self.xd = self.xd + self.push * force / 0.2 * TICK_S
+        self.x = self.x + self.xd * TICK_S
 
     def read(self, due_ns):
-        fresh = round(self.now / TICK_S) % self.every == 0
+        fresh = int(self.now / TICK_S) % self.every == 0
         noise_m = self.noise_m if self.moves is None else 0.0
         noise = noise_m * self.rng.uniform(-0.5, 0.5, len(self.x))
         x, xd = (self.x + noise) * self.unit, self.xd * self.unit * self.factor
@@ -70,9 +71,13 @@ class Desk:
         self.force = 0.0 * self.force
 
 
+def pacer(desk):
+    return Pacer(round(TICK_S * 1e9), clock=desk.clock, sleep=desk.sleep)
+
+
 def lines(push_n=0.0, **wrong):
     desk = Desk(**wrong)
-    return list(DeviceCheck(desk, TICK_S, desk.clock, desk.ask).lines(push_n)), desk
+    return list(DeviceCheck(desk, pacer(desk), desk.ask).lines(push_n)), desk
 
 
 def test_a_device_as_it_should_be_is_told_so_and_not_pushed():
@@ -81,7 +86,7 @@ def test_a_device_as_it_should_be_is_told_so_and_not_pushed():
     texts = [line.text for line in found]
     assert texts[0].startswith("1000 new samples a second, 0.35 ms old (99 %: 0.35 ms)")
     assert texts[1].startswith("noise: 2.0 um peak to peak, velocity 0.00 mm/s rms")
-    assert texts[2].startswith("axis 0: +45 mm along axis 0")
+    assert texts[2].startswith("motion along axis 0: +45 mm along axis 0")
     assert texts[-1].startswith("velocity: 1 times")
     assert not np.any(desk.written)
     assert [text.startswith(TEXTS[min(k, 1)]) for k, text in enumerate(desk.asked)] == [True] * 4
@@ -105,17 +110,33 @@ def test_one_thing_that_is_wrong_is_one_line(wrong, text):
 @pytest.mark.parametrize(
     ("wrong", "axes", "text"),
     [
-        ({"axes": (1, 0, 2)}, (0, 1), "axis 0: +45 mm along axis 1: change order or signs"),
-        ({"sign": -1.0}, (0, 1, 2), "axis 0: -45 mm along axis 0: change order or signs"),
-        ({"unit": 1000.0}, (0, 1, 2), "axis 0: +4.5e+04 mm along axis 0: was it moved so? If it"),
-        ({"unit": 0.001}, (0, 1, 2), "axis 0: +0.045 mm along axis 0: was it moved so?"),
+        (
+            {"axes": (1, 0, 2)},
+            (0, 1),
+            ": +45 mm along axis 1: change order or signs",
+        ),
+        (
+            {"sign": -1.0},
+            (0, 1, 2),
+            ": -45 mm along axis 0: change order or signs",
+        ),
+        (
+            {"unit": 1000.0},
+            (0, 1, 2),
+            ": +4.5e+04 mm along axis 0: was it moved so? If it",
+        ),
+        (
+            {"unit": 0.001},
+            (0, 1, 2),
+            ": +0.045 mm along axis 0: was it moved so?",
+        ),
     ],
 )
 def test_axes_that_are_others_turned_or_no_metres_are_named(wrong, axes, text):
     found, _ = lines(**wrong, noise_m=1e-9)
-    of_axes = [line for line in found if line.text.startswith("axis")]
+    of_axes = [line for line in found if line.text.startswith("motion")]
     assert tuple(k for k, line in enumerate(of_axes) if not line.right) == axes
-    assert of_axes[0].text.startswith(text)
+    assert of_axes[0].text.startswith(f"motion along axis 0{text}")
 
 
 @pytest.mark.parametrize("dof", [1, 3])
@@ -124,7 +145,7 @@ def test_a_push_rises_at_its_slew_moves_the_handle_forwards_and_ends_when_nobody
     assert [line.text for line in found if not line.right] == []
     pushes = [line.text for line in found if line.text.startswith("push")]
     assert len(pushes) == dof and pushes[0].startswith("push along axis 0: +")
-    assert found[-1].text.endswith("the push ended")
+    assert found[-1].text.endswith("the push ended, or the handle was held")
     forces = np.array(desk.written)
     assert forces.max() == pytest.approx(0.2) and forces.min() == 0.0
     assert np.diff(forces, axis=0).max() <= SLEW_N_S * TICK_S + 1e-12
@@ -134,8 +155,8 @@ def test_a_push_rises_at_its_slew_moves_the_handle_forwards_and_ends_when_nobody
 @pytest.mark.parametrize(
     ("wrong", "text"),
     [
-        ({"push": -1.0}, "mm: forces and motions differ in sign"),
-        ({"held": True}, "held fast, or no force"),
+        ({"push": -1.0}, "change order or signs of axes or forces"),
+        ({"held": True}, "held fast, or no force?"),
         ({"watchdog_s": 9.0}, "the push went on"),
     ],
 )
@@ -155,5 +176,5 @@ def test_a_handle_that_gets_fast_is_pushed_no_more():
 def test_a_device_without_a_valid_sample_is_refused_and_never_pushed():
     desk = Desk(valid=False)
     with pytest.raises(DeviceError, match="desk: no valid sample in 2 s"):
-        list(DeviceCheck(desk, TICK_S, desk.clock, desk.ask).lines(0.2))
+        list(DeviceCheck(desk, pacer(desk), desk.ask).lines(0.2))
     assert not np.any(desk.written)

@@ -11,7 +11,7 @@ from support.inverse_service import InverseService
 from support.lab import install, offer
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_master.devices import PLUGINS, listing
+from pmwvc_master.devices import PLUGINS, check, vendor
 from pmwvc_master.devices.force_dimension import ForceDimensionDevice
 from pmwvc_master.devices.haply import HaplyDevice, HaplyParams
 
@@ -30,21 +30,21 @@ def plug_in(folder, *, vendor="1451", number="7"):
 
 @pytest.fixture
 def usb(monkeypatch, tmp_path):
-    monkeypatch.setattr(listing, "USB", tmp_path / "sys")
-    monkeypatch.setattr(listing, "NODES", tmp_path / "dev")
+    monkeypatch.setattr(vendor, "USB", tmp_path / "sys")
+    monkeypatch.setattr(vendor, "NODES", tmp_path / "dev")
     return tmp_path
 
 
 def test_devices_of_a_vendor_are_counted_and_permission_is_asked_for(usb, monkeypatch):
     with pytest.raises(DeviceError, match="no USB device of the vendor 1451: plug it in"):
-        listing.plugged_in("1451")
+        vendor.plugged_in("1451")
     plug_in(usb, vendor="2988")
     node = plug_in(usb, number="12")
-    assert listing.plugged_in("1451") == "1 plugged in"
-    monkeypatch.setattr(listing.os, "access", lambda path, _: path != node)
+    assert vendor.plugged_in("1451") == "1 plugged in"
+    monkeypatch.setattr(vendor.os, "access", lambda path, _: path != node)
     with pytest.raises(DeviceError, match=r'003/012 may not be opened: make a file .*=="1451"'):
-        listing.plugged_in("1451")
-    assert listing.plugged_in("2988") == "1 plugged in"
+        vendor.plugged_in("1451")
+    assert vendor.plugged_in("2988") == "1 plugged in"
 
 
 def test_a_service_is_listed_with_its_devices(monkeypatch):
@@ -76,7 +76,7 @@ def test_every_kind_has_a_line_whatever_is_wrong_with_it(monkeypatch):
 
     found = {"fine": Fine, "missing": Missing, "silent": object}
     offer(monkeypatch, PLUGINS.group, "lab_desk", found, absent="lab_nowhere:Device")
-    lines = {line.text.partition(":")[0]: line for line in listing.listed()}
+    lines = {line.text.partition(":")[0]: line for line in check.listed()}
     assert lines["fine"] == (True, "fine: two on the desk")
     assert lines["missing"] == (False, "missing: no cable: buy one")
     assert lines["silent"] == (True, "silent: installed")

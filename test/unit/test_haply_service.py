@@ -183,7 +183,7 @@ def test_parameters_are_the_nodes_and_the_services_settings_are_told(monkeypatch
         device.close()
         text = " ".join(said)
         assert "049D, forces as 'vector'" in text
-        assert "max_force_n = 10 (chai3d_haply)" in text
+        assert "max_force_n = 10.0 (chai3d_haply)" in text
         assert '"force_gate": {"gain": 0.3}' in text and "gravity_compensation" in text
     with pytest.raises(DeviceError, match=r"must be inverse3, minverse or a YAML"):
         HaplyDevice(vendor_setup("haply"), HaplyParams(model="inverse4"))

@@ -112,6 +112,29 @@ def test_a_position_that_gets_too_far_later_is_no_sample_and_told_once():
         assert valid == (abs(0.5 * math.cos(2 * math.pi * tick * 1e-3)) <= 0.3 + 1e-12), x
 
 
+class Own:
+    """A device that keeps its state in its sample, as that of the documentation."""
+
+    info = DeviceInfo("own", 1, workspace_m=0.1)
+    sample = DeviceSample(x=0.0, xd=3.0)
+
+    def read(self, due_ns):
+        self.sample.x = 0.5 if due_ns == TICK_NS else 1e-3 * (due_ns / TICK_NS % 50)
+        return self.sample
+
+    open = write = couple = stop = close = None
+
+
+def test_what_is_the_devices_own_is_not_changed():
+    device, told = Own(), []
+    made = Plausible(device, told.append)
+    assert made.read(0).valid and not made.read(TICK_NS).valid and made.read(2 * TICK_NS).valid
+    for tick in range(3, 1500):
+        sample = made.read(tick * TICK_NS)
+    assert len(told) == 2 and sample.xd == pytest.approx(1.0)
+    assert (device.sample.valid, device.sample.xd) == (True, 3.0)
+
+
 def test_beyond_three_workspaces_or_a_metre_no_hand_can_be():
     assert beyond([0.29, -0.3, 0.0], 0.1) == "" and beyond([0.9], None) == ""
     assert "position (0, 0.31) m from the middle, at most 0.3 m" in beyond([0.0, 0.31], 0.1)

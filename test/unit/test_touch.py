@@ -122,7 +122,11 @@ def test_forces_are_off_at_the_end_whatever_comes_after(fake):
 @pytest.mark.parametrize(
     ("state", "params", "text"),
     [
-        ({"busy": 1}, {}, r"touch\.device = '': cannot be opened \(communication error\): plug"),
+        (
+            {"busy": 1},
+            {},
+            r"touch\.device = '': cannot be opened \(0x0302 b'communication error'\)",
+        ),
         ({}, {"device": "left"}, r"touch\.device = 'left': cannot be opened"),
         ({}, {"serial": "S-2"}, r"touch\.serial = S-2: the device is Touch, serial number S-1"),
         ({}, {"model": "omni"}, r"model = 'omni': the device is Touch, .*; set its model"),

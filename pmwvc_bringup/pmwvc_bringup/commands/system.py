@@ -140,10 +140,10 @@ def devices(arguments: argparse.Namespace) -> cli.Result:
     values, problems = settings(arguments.settings)
     if problems or bool(arguments.action) != bool(arguments.name):
         raise PmwvcError("; ".join(problems) or "which device? pmwvc devices lists them")
-    from pmwvc_master.devices import check, listing
+    from pmwvc_master.devices import check
 
     wanted, found = {"device.plugin": arguments.name, **values}, []
-    lines = check.check_device(wanted, arguments.force) if arguments.name else listing.listed()
+    lines = check.check_device(wanted, arguments.force) if arguments.name else check.listed()
     for line in lines:
         print(f"{'ok' if line.right else '--'}  {line.text}", flush=True)
         found.append(line._asdict())

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a device does, seen before a session: how often and how late it answers, its noise, the
-signs, order and units of its axes, velocities against positions; and, where a force is asked for,
-which way it pushes, and whether it goes on pushing when nobody calls it. Forces rise and fall at
-``SLEW_N_S``, and end where the handle gets fast or far.
+"""Which kinds of device there are and what each finds here (a plug-in may have ``look()``: a text,
+or a DeviceError with what is missing); and what one does before a session: rate and age of its
+samples, noise, signs, order and units of its axes, velocities; with a force, which way it pushes,
+and whether that goes on when nobody calls. A push rises and falls at ``SLEW_N_S``.
 """
 
 import contextlib
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import rclpy
@@ -17,27 +17,39 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from pmwvc_core.ends.inbox import value
-from pmwvc_core.errors import DeviceError
+from pmwvc_core.errors import DeviceError, PmwvcError
 from pmwvc_core.numeric import Array, flatten
-from pmwvc_core.runtime.pacing import Pacer, Tick
+from pmwvc_core.plugins import installed
+from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_core.runtime.process import refuse_undeclared
-from pmwvc_master.devices import HapticDevice, limits_of, make_device
-from pmwvc_master.devices.listing import DeviceLine
+from pmwvc_master.devices import PLUGINS, HapticDevice, limits_of, make_device
 from pmwvc_master.devices.plausible import OFF, Slope
 from pmwvc_master.settings import declare_settings
 
-BEFORE_S, REST_S, MOVE_S, PUSH_S = 3.0, 2.0, 5.0, 0.5
-BRIEF_S, SILENT_S = 0.15, 0.05  # a push, and then no call
-SLOWEST_HZ = 200.0  # of new samples, for stiff contacts
-SLEW_N_S, LARGEST_N = 2.0, 1.0
-FAST_M_S, AWAY_M = 0.3, 0.03  # a push ends there
-MOVED_M, FARTHEST_M = 0.01, 0.6  # by a hand
-SHIFTED_M, PUSHED_M_S = 0.0005, 0.005  # by a push, at least
-NOISE_M = 0.001  # peak to peak
+BEFORE_S, REST_S, MOVE_S, PUSH_S, BRIEF_S, SILENT_S = 3.0, 2.0, 5.0, 0.5, 0.15, 0.05
+SLOWEST_HZ, NOISE_M = 200.0, 0.001  # of new samples, for stiff contacts; peak to peak
+SLEW_N_S, LARGEST_N, FAST_M_S, AWAY_M = 2.0, 1.0, 0.3, 0.03  # the last two end a push
+MOVED_M, FARTHEST_M, SHIFTED_M, PUSHED_M_S = 0.01, 0.6, 0.0005, 0.005  # by a hand; by a push
+HOW = "was it moved so? If it was, are these metres?"
 DIRECTIONS = ("+x, along which the users meet", "+y", "+z")
-Push: TypeAlias = tuple[int, float, float]  # axis, largest force, force at the end [N]
-Clock: TypeAlias = Callable[[float], Iterable[Tick]]
-Ask: TypeAlias = Callable[[str], object]
+
+
+class DeviceLine(NamedTuple):
+    """A text about a device, and whether all is as it should be."""
+
+    right: bool
+    text: str
+
+
+def listed() -> Iterator[DeviceLine]:
+    """Yield a line for each kind of device that is installed."""
+    for name in installed(PLUGINS.group):
+        try:
+            factory = PLUGINS.load(name)
+            text = factory.look() if hasattr(factory, "look") else "installed"
+            yield DeviceLine(True, f"{name}: {text}")
+        except PmwvcError as error:
+            yield DeviceLine(False, f"{name}: {error}")
 
 
 class NewSamples(NamedTuple):
@@ -50,43 +62,45 @@ class NewSamples(NamedTuple):
 
 
 class DeviceCheck:
-    """One check of a device: ``clock`` gives the ticks of a time [s], ``ask`` asks a person."""
+    """One check of an open device; ``ask`` asks a person to do something."""
 
-    def __init__(self, device: HapticDevice, tick_s: float, clock: Clock, ask: Ask) -> None:
-        self._device, self._tick_s, self._clock, self._ask = device, tick_s, clock, ask
+    def __init__(self, device: HapticDevice, pacer: Pacer, ask: Callable[[str], object]) -> None:
+        self._device, self._pacer, self._ask = device, pacer, ask
+        self._tick_s = pacer.period_ns * 1e-9
 
     def lines(self, push_n: float = 0.0) -> Iterator[DeviceLine]:
         """Yield what is seen; the hand is pushed where a force is given."""
-        axes = range(self._device.info.dof)
+        axes, motions = range(self._device.info.dof), []
         self._ask("Keep the handle still")
         yield from at_rest(self._seen(REST_S), REST_S)
-        motions = []
         for axis in axes:
             self._ask(f"Move the handle along {DIRECTIONS[axis]}, some centimetres, not back")
             motions.append(self._seen(MOVE_S))
-            yield along(motions[-1], axis)
+            yield along(motions[-1], axis, MOVED_M, "motion", HOW)
         yield slopes(motions)
         for axis in axes if push_n else ():
             self._ask(f"Let the handle give way to {push_n:g} N along {DIRECTIONS[axis]}")
-            yield self._pushed(axis, push_n)
+            gave_way = self._seen(PUSH_S, (axis, push_n, 0.0))
+            yield along(gave_way, axis, SHIFTED_M, "push", "held fast, or no force?")
         if push_n:
             self._ask(f"The last time: let the handle give way along {DIRECTIONS[0]}")
             yield self._without_calls(push_n)
 
-    def _seen(self, seconds: float, push: Push = (0, 0.0, 0.0)) -> NewSamples:
-        """Read for a time, pushing the hand; the push rises, and falls to its end."""
-        rows, ages, first = [], [], None
+    def _seen(self, seconds: float, push: tuple[int, float, float] = (0, 0.0, 0.0)) -> NewSamples:
+        """Read for a time; a push along an axis rises to a force and falls to another [N]."""
+        rows, first = [], None
         step_n, count = SLEW_N_S * self._tick_s, round(seconds / self._tick_s)
         axis, push_n, end_n = push
-        for k, tick in enumerate(self._clock(seconds)):
+        for k in range(count):
+            tick = self._pacer.wait()
             sample = self._device.read(tick.due_ns)
             x, xd = flatten(sample.x), flatten(sample.xd)
             if not sample.valid:
                 push_n = end_n = 0.0
             elif sample.fresh:
                 first = x if first is None else first
-                ages.append((tick.woke_ns - (sample.measured_ns or tick.woke_ns)) * 1e-9)
-                rows.append((tick.due_ns * 1e-9, x, xd))
+                age_ns = tick.woke_ns - (sample.measured_ns or tick.woke_ns)
+                rows.append((tick.due_ns * 1e-9, x, xd, age_ns * 1e-9))
                 if np.abs(xd).max() > FAST_M_S or np.abs(x - first).max() > AWAY_M:
                     push_n = end_n = 0.0
             f_m = 0.0 * x
@@ -94,38 +108,21 @@ class DeviceCheck:
             self._device.write(value(tuple(f_m.tolist())))
         if not rows:
             raise DeviceError(f"{self._device.info.model}: no valid sample in {seconds:g} s")
-        t, xs, xds = (np.array(each) for each in zip(*rows, strict=True))
-        return NewSamples(t, xs, xds, np.array(ages))
-
-    def _pushed(self, axis: int, push_n: float) -> DeviceLine:
-        """Push along an axis; return whether the handle gave way in that direction."""
-        by = farthest(self._seen(PUSH_S, (axis, push_n, 0.0)))[axis]
-        text = f"push along axis {axis}: {1e3 * by:+.3g} mm"
-        wrong = "" if by > 0.0 else ": forces and motions differ in sign"
-        wrong = wrong if abs(by) >= SHIFTED_M else ": held fast, or no force"
-        return DeviceLine(not wrong, text + wrong)
+        return NewSamples(*(np.array(each) for each in zip(*rows, strict=True)))
 
     def _without_calls(self, push_n: float) -> DeviceLine:
         """Push, call nothing for a while, and return whether the push went on."""
         before = self._seen(BRIEF_S, (0, push_n, push_n))
-        for _ in self._clock(SILENT_S):
-            pass
+        for _ in range(round(SILENT_S / self._tick_s)):
+            self._pacer.wait()
         after = self._seen(0.02)
         self._device.stop()
         last, earlier = before.xd[-1, 0], before.xd[before.t <= before.t[-1] - SILENT_S, 0]
         usual, faster = last - (earlier[-1] if len(earlier) else 0.0), after.xd[0, 0] - last
         text = f"{SILENT_S:g} s without a call: {1e3 * faster:+.3g} mm/s"
-        if usual < PUSHED_M_S:
-            return DeviceLine(True, f"{text}: no result, the handle was held")
-        on = faster > 0.5 * usual
-        return DeviceLine(not on, f"{text}: {'the push went on' if on else 'the push ended'}")
-
-
-def farthest(there: NewSamples) -> Array:
-    """Return the largest displacement from the first sample (dof,)."""
-    by = there.x - there.x[0]
-    largest: Array = by[np.argmax(np.abs(by).max(axis=1))]
-    return largest
+        goes_on = faster > 0.5 * usual > 0.5 * PUSHED_M_S
+        end = "the push went on" if goes_on else "the push ended, or the handle was held"
+        return DeviceLine(not goes_on, f"{text}: {end}")
 
 
 def at_rest(there: NewSamples, seconds: float) -> Iterator[DeviceLine]:
@@ -141,15 +138,15 @@ def at_rest(there: NewSamples, seconds: float) -> Iterator[DeviceLine]:
     yield DeviceLine(not moved, text + moved)
 
 
-def along(there: NewSamples, axis: int) -> DeviceLine:
+def along(there: NewSamples, axis: int, least_m: float, what: str, how: str) -> DeviceLine:
     """Return whether a motion was along an axis, forwards, and in metres."""
-    by = farthest(there)
+    by = there.x - there.x[0]
+    by = by[np.argmax(np.abs(by).max(axis=1))]
     main = int(np.argmax(np.abs(by)))
-    text = f"axis {axis}: {1e3 * by[main]:+.3g} mm along axis {main}"
-    if not MOVED_M <= abs(by[main]) <= FARTHEST_M:
-        return DeviceLine(False, f"{text}: was it moved so? If it was, are these metres?")
-    turned = "" if by[axis] == abs(by[main]) else ": change order or signs of the device's axes"
-    return DeviceLine(not turned, text + turned)
+    wrong = "" if by[axis] == abs(by[main]) else ": change order or signs of axes or forces"
+    wrong = wrong if least_m <= abs(by[main]) <= FARTHEST_M else f": {how}"
+    text = f"{what} along axis {axis}: {1e3 * by[main]:+.3g} mm along axis {main}"
+    return DeviceLine(not wrong, text + wrong)
 
 
 def slopes(motions: list[NewSamples]) -> DeviceLine:
@@ -158,10 +155,9 @@ def slopes(motions: list[NewSamples]) -> DeviceLine:
     for there in motions:
         for t, x, xd in zip(there.t.tolist(), there.x, there.xd, strict=True):
             ratios += [each] if (each := slope.add(round(t * 1e9), x, xd)) is not None else []
-    if not ratios:
-        return DeviceLine(False, "velocity: too little motion for a result")
-    ratio = float(np.median(ratios))
-    return DeviceLine(1 / OFF < ratio < OFF, f"velocity: {ratio:.3g} times the positions' slope")
+    ratio = float(np.median(ratios or [0.0]))
+    text = f"{ratio:.3g} times the positions' slope" if ratios else "too little motion"
+    return DeviceLine(1.0 / OFF < ratio < OFF, f"velocity: {text}")
 
 
 def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine]:
@@ -182,13 +178,10 @@ def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine
         device.open()
         ends.callback(device.close)
         ends.callback(device.stop)
-        pacer, tick_s = Pacer(round(settings.master.tick_s * 1e9)), settings.master.tick_s
-
-        def clock(seconds: float) -> Iterable[Tick]:
-            return (pacer.wait() for _ in range(round(seconds / tick_s)))
 
         def ask(text: str) -> None:
             print(f"{text} (in {BEFORE_S:g} s)", flush=True)
             time.sleep(BEFORE_S)
 
-        yield from DeviceCheck(device, tick_s, clock, ask).lines(push_n)
+        pacer = Pacer(round(settings.master.tick_s * 1e9))
+        yield from DeviceCheck(device, pacer, ask).lines(push_n)

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Omega, Delta, Sigma and Falcon by the vendor's library, ``libdhd`` of the Force Dimension SDK.
 
-The loop reads and writes (metres, newtons; x towards the user, y right, z up). The library forms
-velocities from positions, by default over 20 ms, which would make them 10 ms late; here over one
-tick. A negative result is an error: such a read, or the one after a force that was refused, is
-invalid, and a positive one is none (1: nothing new since the last read).
+Axes: x towards the user, y right, z up. The library forms velocities from positions, by default
+over 20 ms, which would make them 10 ms late; here over one tick. A negative result is an error:
+such a read, or the one after a force that was refused, is invalid; 1: nothing new.
 """
 
 from ctypes import POINTER, byref, c_byte, c_char_p, c_double, c_int, c_ubyte, c_ushort
@@ -16,26 +15,22 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import DeviceSample, DeviceSetup
-from pmwvc_master.devices.listing import plugged_in
-from pmwvc_master.devices.vendor import Calls, VendorDevice, VendorParams, library_calls
+from pmwvc_master.devices.vendor import VendorDevice, VendorParams, library_calls, plugged_in
 
 VENDOR, SDK = "1451", "Force Dimension SDK (3.7 or later)"
 LIBRARIES = ("libdhd.so.3", "libdhd.so")
-NOTHING_NEW = 1  # DHD_TIMEGUARD
+NOTHING_NEW, STATUS_SIZE = 1, 64  # DHD_TIMEGUARD; 16 in SDK 3.7, perhaps more later
 # Of the status, which must not be 0: DHD_STATUS_POWER and DHD_STATUS_RESET.
 READY = {0: "switch it on", 3: "calibrate it by HapticInit of the SDK"}
-STATUS_SIZE = 64  # 16 in SDK 3.7, perhaps more later
 _VECTOR = (*(POINTER(c_double),) * 3, c_byte)
 _CALLS = {
     "dhdOpen": (c_int, ()), "dhdOpenSerial": (c_int, (c_int,)), "dhdClose": (c_int, (c_byte,)),
     "dhdErrorGetLastStr": (c_char_p, ()), "dhdGetSystemName": (c_char_p, (c_byte,)),
-    "dhdGetSystemType": (c_int, (c_byte,)),
+    "dhdGetSystemType": (c_int, (c_byte,)), "dhdEnableForce": (c_int, (c_ubyte, c_byte)),
     "dhdGetSerialNumber": (c_int, (POINTER(c_ushort), c_byte)),
-    "dhdGetStatus": (c_int, (POINTER(c_int), c_byte)),
-    "dhdEnableForce": (c_int, (c_ubyte, c_byte)),
     "dhdConfigLinearVelocity": (c_int, (c_int, c_int, c_byte)),
-    "dhdGetPosition": (c_int, _VECTOR), "dhdGetLinearVelocity": (c_int, _VECTOR),
-    "dhdSetForce": (c_int, (c_double, c_double, c_double, c_byte)),
+    "dhdGetStatus": (c_int, (POINTER(c_int), c_byte)), "dhdGetPosition": (c_int, _VECTOR),
+    "dhdGetLinearVelocity": (c_int, _VECTOR), "dhdSetForce": (c_int, (*(c_double,) * 3, c_byte)),
 }  # fmt: skip
 
 
@@ -55,9 +50,8 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
         super().__init__("force_dimension", setup, ForceDimensionParams, params)
         self._x, self._xd = [c_double() for _ in "xyz"], [c_double() for _ in "xyz"]
-        self._dhd = Calls()
-        self._id = -1  # of an open device
-        self._refused = False  # the last force
+        self._dhd: dict[str, Any] = {}
+        self._id, self._refused = -1, False  # of an open device; the last force
 
     @staticmethod
     def look() -> str:
@@ -71,11 +65,9 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
         self._dhd = library_calls("force_dimension", library, LIBRARIES, _CALLS, SDK)
         self._id = self._dhd["dhdOpenSerial"](serial) if serial else self._dhd["dhdOpen"]()
         if self._id < 0:
-            which = f"serial = {serial}" if serial else "device"
+            text = f"no {f'serial = {serial}' if serial else 'device'} can be opened"
             ways = "plug it in, switch it on, end other programs on it; see pmwvc devices"
-            raise DeviceError(
-                f"force_dimension: no {which} can be opened ({self._error()}): {ways}"
-            )
+            raise DeviceError(f"force_dimension: {text} ({self._error()}): {ways}")
         try:
             self._check()
             self._do("dhdConfigLinearVelocity", max(round(self._tick_s * 1e3), 1), 0)
@@ -120,8 +112,7 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     def write(self, f_m: Value) -> None:
         """Push the hand until the next call."""
         if self._id >= 0:
-            force = self._axes.on_hand(f_m)
-            self._refused = self._dhd["dhdSetForce"](*force, self._id) < 0
+            self._refused = self._dhd["dhdSetForce"](*self._axes.on_hand(f_m), self._id) < 0
 
     def close(self) -> None:
         """Switch the forces off and give the device back."""

@@ -16,7 +16,6 @@ mount and filters in its first message. Its axes: x right, y forward, z up.
 
 import contextlib
 import json
-import math
 import socket
 from collections import deque
 from dataclasses import dataclass
@@ -32,14 +31,13 @@ from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
 from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
 from pmwvc_master.devices.profile import ORIGIN
-from pmwvc_master.devices.vendor import VendorDevice, VendorParams
+from pmwvc_master.devices.vendor import OPEN_S, VendorDevice, VendorParams
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
-OPEN_S = 3.0  # for each of its first two answers
 NEW_IN_3_5 = {"basis", "mount", "filters"}
 PLANT = ("gravity_compensation", "torque_scaling", "home_return", "preset", *sorted(NEW_IN_3_5))
 NO_STATE = (ValueError, LookupError, TypeError, AttributeError)
-START = "start the Haply Hub or haply-inverse-service"
+MOTION, START = ("position", "velocity"), "start the Haply Hub or haply-inverse-service"
 
 
 @dataclass(frozen=True)
@@ -62,9 +60,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             self._uri = parse_uri(self._params.service)
         except WebSocketException as error:
             raise DeviceError(f"{self._where}: {error}") from error
-        self._id = self._params.device_id
         self._link: InverseLink | None = None
-        self._form = ""  # of a force; empty until the service has said what it has
+        self._id, self._form = self._params.device_id, ""  # of a force; empty: not known yet
         self._asked: deque[int] = deque()  # ticks [ns] of messages without an answer
         self._due_ns = self._call_ns = 0
 
@@ -81,7 +78,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._accept(state, self._asked.popleft())
         self._refuse_far()
         if not self._sample.valid:
-            text = "sends no position, is not calibrated or has no power: see the Haply Hub"
+            text = "sends no position, is not calibrated or has no power"
             raise DeviceError(f"haply device {self._id}: {text}")
 
     @staticmethod
@@ -89,7 +86,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         """Return the devices that the service of this machine has; DeviceError without one."""
         uri = parse_uri(HaplyParams().service)
         try:
-            there = devices_of(first_of(InverseLink(uri, socket.gethostbyname(uri.host))))
+            with contextlib.closing(InverseLink(uri, socket.gethostbyname(uri.host))) as link:
+                there = devices_of(first_of(link))
         except (LinkLost, OSError, *NO_STATE) as error:
             raise DeviceError(f"no Inverse Service at {HaplyParams().service}: {START}") from error
         return f"the service has {', '.join(there) or 'no device: plug it in and switch it on'}"
@@ -109,9 +107,8 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
         centred = "centered" in str(config.get("preset", ""))
         self._centre = ORIGIN if centred else self._profile.centre_m
-        settings = {name: config[name] for name in PLANT if name in config}
-        self._tell(f"{self._id}, forces as {self._form!r}")
-        self._tell(f"settings of the service, unknown to predictions: {json.dumps(settings)}")
+        settings = json.dumps({name: config[name] for name in PLANT if name in config})
+        self._tell(f"{self._id}, forces as {self._form!r}; settings of the service: {settings}")
 
     def read(self, due_ns: int) -> DeviceSample:
         """Take the answers that wait; for the first one wait half a tick at most."""
@@ -157,17 +154,13 @@ class HaplyDevice(VendorDevice[HaplyParams]):
 
     def _accept(self, message: bytes, measured_ns: int) -> None:
         """Take a state over."""
-        x, xd, ready = [math.nan] * 3, [math.nan] * 3, False
-        with contextlib.suppress(*NO_STATE):  # NaN
+        self._sample.valid = False
+        with contextlib.suppress(*NO_STATE):
             found = devices_of(message)[self._id]
             state, status = found["state"], found.get("status", {})
-            ready = all(status.get(name, True) for name in ("calibrated", "power_supply"))
-            x, xd = (
-                [float(state[name][axis]) for axis in "xyz"]
-                for name in ("cursor_position", "cursor_velocity")
-            )
-        self._sense(x, xd, self._centre)
-        self._sample.valid &= ready
+            x, xd = ([float(state[f"cursor_{n}"][axis]) for axis in "xyz"] for n in MOTION)
+            self._sense(x, xd, self._centre)
+            self._sample.valid &= all(status.get(n, True) for n in ("calibrated", "power_supply"))
         self._sample.fresh, self._sample.measured_ns = True, measured_ns
 
     def write(self, f_m: Value) -> None:

@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether what a device says can be: metres, and velocities that fit the positions.
 
-Over blocks of ``BLOCK_NS``, in which the position moves by D and the velocities sum up to V::
+In blocks of ``BLOCK_NS``, so that counts of an encoder do not matter, the position moves by D and
+the velocities sum up to V; over a second, unless at rest::
 
-    ratio = sum(V . D) / sum(D . D)        over a second: 1 where both are the same motion
-
-Counts of an encoder do not matter in blocks, and a second at rest gives no result.
+    ratio = sum(V . D) / sum(D . D)        1 where both are the same motion
 """
 
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
@@ -21,8 +21,7 @@ from pmwvc_master.devices import HapticDevice
 FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
 BLOCK_NS, SECOND_NS = 20_000_000, 1_000_000_000
 MOVED_M2 = 50 * 0.0005**2  # sum of D . D of a second in which something moved
-OFF = 2.0  # ratio, or its inverse, from which velocities are not believed
-SPAN = 5  # samples of an estimated velocity
+OFF, SPAN = 2.0, 5  # ratio from which, or its inverse, velocities are estimated; of samples
 
 
 def beyond(x: Sequence[float] | Array, workspace_m: float | None) -> str:
@@ -37,8 +36,7 @@ def beyond(x: Sequence[float] | Array, workspace_m: float | None) -> str:
 class Slope:
     """Velocities compared with the slope of positions."""
 
-    def __init__(self) -> None:
-        self._last_ns: int | None = None
+    _last_ns: int | None = None
 
     def add(self, now_ns: int, x: Value, xd: Value) -> float | None:
         """Take a new sample; return the ratio at the end of a second with motion."""
@@ -82,12 +80,11 @@ class Plausible:
     def read(self, due_ns: int) -> DeviceSample:
         """Return the sample, invalid beyond any workspace, its velocity estimated if need be."""
         sample = self._device.read(due_ns)
-        if not sample.valid:
-            return sample
-        if problem := beyond(flatten(sample.x), self.info.workspace_m):
+        if sample.valid and (problem := beyond(flatten(sample.x), self.info.workspace_m)):
             if not self._far:
                 self._tell(f"{self.info.model}: {problem}")
-            self._far, sample.valid = problem, False
+            self._far, sample = problem, replace(sample, valid=False)  # the object is the device's
+        if not sample.valid:
             return sample
         if sample.fresh:
             now_ns = due_ns if sample.measured_ns is None else sample.measured_ns
@@ -99,6 +96,5 @@ class Plausible:
             self._seen.append((now_ns, sample.x))
         if self._wrong:
             (then_ns, x), (now_ns, newest) = self._seen[0], self._seen[-1]
-            span_s = (now_ns - then_ns) * 1e-9
-            sample.xd = (newest - x) / span_s if span_s > 0.0 else 0.0 * newest
+            sample = replace(sample, xd=(newest - x) / (max(now_ns - then_ns, 1) * 1e-9))
         return sample

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Touch, Touch X and Phantom Omni by the vendor's library, ``libHD`` of OpenHaptics.
 
-A thread of the library calls back a thousand times a second. Each call reads position and velocity
-(millimetres; x right, y up, z towards the user), sets the force, and leaves what it read in a
-mailbox, from which the loop takes the newest: a sample is up to a tick old. An error of the
-library (motors too warm, a force or speed too large, no connection) makes a sample invalid.
+A thread of the library calls back a thousand times a second, reads position and velocity
+(millimetres; x right, y up, z towards the user) and sets the force: a sample is up to a tick old.
+With an error (motors too warm, a force or speed too large, no connection) there is none.
 """
 
 import ctypes
@@ -15,43 +14,33 @@ from dataclasses import dataclass
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.params.fields import fixed
-from pmwvc_master.devices import DeviceSetup
-from pmwvc_master.devices.listing import plugged_in
-from pmwvc_master.devices.vendor import (
-    Calls,
-    Measurement,
-    ThreadedDevice,
-    VendorParams,
-    library_calls,
-)  # fmt: skip
+from pmwvc_master.devices import DeviceSetup, vendor
+from pmwvc_master.devices.vendor import Measurement, ThreadedDevice, VendorParams
 
 VENDOR, SDK = "2988", "OpenHaptics SDK"
 LIBRARIES = ("libHD.so", "libHD.so.3.4")
 MM, NONE, PRIORITY, CONTINUE = 1e-3, 0xFFFFFFFF, 0x7FFF, 1
 POSITION, VELOCITY, FORCE, FORCE_OUTPUT = 0x2050, 0x2051, 0x2700, 0x4000
-MODEL, SERIAL, CALIBRATION_STYLE = 0x2501, 0x2504, 0x2555
-MAX_FORCE, CALIBRATED, NEEDS_UPDATE = 0x2603, 0x5000, 0x5001
-_CALLBACK = ctypes.CFUNCTYPE(c_uint, c_void_p)
-_THREE = c_double * 3
+MODEL, SERIAL, CALIBRATION_STYLE, MAX_FORCE = 0x2501, 0x2504, 0x2555, 0x2603
+CALIBRATED, NEEDS_UPDATE = 0x5000, 0x5001
+_CALLBACK, _THREE = ctypes.CFUNCTYPE(c_uint, c_void_p), c_double * 3
 
 
 class _Error(ctypes.Structure):
     _fields_ = (("code", c_uint), ("internal", c_int), ("device", c_uint))
 
 
-_NUMBERS = (c_uint, ctypes.POINTER(c_double))
+_DEVICE, _HANDLE, _NUMBERS = (c_uint,), (c_ulong,), (c_uint, ctypes.POINTER(c_double))
 _CALLS = {
-    "hdInitDevice": (c_uint, (c_char_p,)), "hdDisableDevice": (None, (c_uint,)),
-    "hdMakeCurrentDevice": (None, (c_uint,)), "hdGetString": (c_char_p, (c_uint,)),
-    "hdGetError": (_Error, ()), "hdGetErrorString": (c_char_p, (c_uint,)),
-    "hdEnable": (None, (c_uint,)), "hdDisable": (None, (c_uint,)),
-    "hdCheckCalibration": (c_uint, ()), "hdUpdateCalibration": (None, (c_uint,)),
-    "hdBeginFrame": (None, (c_uint,)), "hdEndFrame": (None, (c_uint,)),
-    "hdGetIntegerv": (None, (c_uint, ctypes.POINTER(c_int))),
+    "hdInitDevice": (c_uint, (c_char_p,)), "hdDisableDevice": (None, _DEVICE),
+    "hdMakeCurrentDevice": (None, _DEVICE), "hdGetString": (c_char_p, _DEVICE),
+    "hdGetError": (_Error, ()), "hdGetErrorString": (c_char_p, _DEVICE),
+    "hdEnable": (None, _DEVICE), "hdDisable": (None, _DEVICE), "hdCheckCalibration": (c_uint, ()),
+    "hdUpdateCalibration": (None, _DEVICE), "hdBeginFrame": (None, _DEVICE),
+    "hdEndFrame": (None, _DEVICE), "hdGetIntegerv": (None, (c_uint, ctypes.POINTER(c_int))),
     "hdGetDoublev": (None, _NUMBERS), "hdSetDoublev": (None, _NUMBERS),
     "hdScheduleAsynchronous": (c_ulong, (_CALLBACK, c_void_p, c_ushort)),
-    "hdUnschedule": (None, (c_ulong,)),
-    "hdStartScheduler": (None, ()), "hdStopScheduler": (None, ()),
+    "hdStartScheduler": (None, ()), "hdStopScheduler": (None, ()), "hdUnschedule": (None, _HANDLE),
 }  # fmt: skip
 
 
@@ -71,19 +60,19 @@ class TouchDevice(ThreadedDevice[TouchParams]):
 
     def __init__(self, setup: DeviceSetup, params: TouchParams | None = None) -> None:
         super().__init__("touch", setup, TouchParams, params)
-        self._hd, self._callback = Calls(), _CALLBACK(self._frame)
+        self._hd, self._callback = {}, _CALLBACK(self._frame)  # type: ignore[var-annotated]
         self._x, self._xd, self._id, self._scheduled = _THREE(), _THREE(), NONE, 0
 
     @staticmethod
     def look() -> str:
         """Return what there is; DeviceError without library, device or permission."""
-        library_calls("touch", "", LIBRARIES, _CALLS, SDK)
-        return f"library there; {plugged_in(VENDOR)}"
+        vendor.library_calls("touch", "", LIBRARIES, _CALLS, SDK)
+        return f"library there; {vendor.plugged_in(VENDOR)}"
 
     def open(self) -> None:
         """Load the library, open the device, start its thread with forces at zero."""
         name = self._params.device
-        self._hd = hd = library_calls("touch", self._params.library, LIBRARIES, _CALLS, SDK)
+        self._hd = hd = vendor.library_calls("touch", self._params.library, LIBRARIES, _CALLS, SDK)
         self._id = hd["hdInitDevice"](name.encode() or None)
         try:
             if (problem := self._error()) or self._id == NONE:
@@ -94,8 +83,6 @@ class TouchDevice(ThreadedDevice[TouchParams]):
             hd["hdEnable"](FORCE_OUTPUT)
             self._scheduled = hd["hdScheduleAsynchronous"](self._callback, None, PRIORITY)
             hd["hdStartScheduler"]()
-            if problem := self._error():
-                raise DeviceError(f"touch: its thread cannot be started ({problem})")
             self._await_first()
         except DeviceError:
             self.close()
@@ -108,21 +95,17 @@ class TouchDevice(ThreadedDevice[TouchParams]):
         most, limit = c_double(), self._profile.max_force_n
         self._hd["hdGetDoublev"](MAX_FORCE, most)
         if limit is not None and limit > most.value:
-            text = f"the library gives {most.value:g} N for a {model}; set its model"
-            raise DeviceError(f"touch.model = {self._params.model!r}: {text}")
-        state = self._hd["hdCheckCalibration"]()
-        if state == NEEDS_UPDATE:
-            style = c_int()
-            self._hd["hdGetIntegerv"](CALIBRATION_STYLE, style)
+            text = f"{self._params.model!r}: the library gives {most.value:g} N for a {model}"
+            raise DeviceError(f"touch.model = {text}; set its model")
+        if self._hd["hdCheckCalibration"]() == NEEDS_UPDATE:
+            self._hd["hdGetIntegerv"](CALIBRATION_STYLE, style := c_int())
             self._hd["hdUpdateCalibration"](style.value)
-            state = self._hd["hdCheckCalibration"]()
-        if state != CALIBRATED:
+        if self._hd["hdCheckCalibration"]() != CALIBRATED:
             raise DeviceError(f"touch: {model} is not calibrated; put the pen into its rest")
 
     def _error(self) -> str:
         code = self._hd["hdGetError"]().code
-        text = (self._hd["hdGetErrorString"](code) or b"").decode() if code else ""
-        return text or (f"error {code:#06x}" if code else "")
+        return f"{code:#06x} {self._hd['hdGetErrorString'](code)!r}" if code else ""
 
     def _frame(self, _: int | None) -> int:
         """Exchange motion and force, in the library's thread."""
@@ -130,11 +113,11 @@ class TouchDevice(ThreadedDevice[TouchParams]):
         hd["hdBeginFrame"](self._id)
         hd["hdGetDoublev"](POSITION, self._x)
         hd["hdGetDoublev"](VELOCITY, self._xd)
-        hd["hdSetDoublev"](FORCE, _THREE(*self._box.force(now_ns)))
+        hd["hdSetDoublev"](FORCE, _THREE(*self._force(now_ns)))
         hd["hdEndFrame"](self._id)
-        trusted = not hd["hdGetError"]().code
-        x, xd = ([MM * each for each in vector] for vector in (self._x, self._xd))
-        self._box.newest = Measurement(now_ns, x, xd, trusted)
+        if not hd["hdGetError"]().code:
+            x, xd = ([MM * each for each in vector] for vector in (self._x, self._xd))
+            self._newest = Measurement(now_ns, x, xd)
         return CONTINUE
 
     def close(self) -> None:

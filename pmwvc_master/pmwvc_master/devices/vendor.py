@@ -1,17 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What devices of vendors have in common: a profile, axes, parameters, one master each; calls of a
-C library; and a mailbox, where a thread serves the device.
+"""What devices of vendors have in common: a profile, axes, parameters, one master each; a thread
+that serves some; calls of a C library.
 """
 
 import math
+import os
 import re
 import socket
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import CDLL
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from pmwvc_core.ends.inbox import value
@@ -25,6 +27,7 @@ from pmwvc_master.devices.plausible import beyond
 from pmwvc_master.devices.profile import ORIGIN, Vector3, models_of, profile_of
 
 MOST_AXES, OPEN_S = 3, 3.0
+USB, NODES = Path("/sys/bus/usb/devices"), Path("/dev/bus/usb")
 
 
 @dataclass(frozen=True)
@@ -36,40 +39,18 @@ class VendorParams(Validated):
 
 
 P = TypeVar("P", bound=VendorParams)
-Calls = dict[str, Callable[..., Any]]
 
 
 class Measurement(NamedTuple):
-    """What a device measured, in its axes [m], [m/s]; ``trusted``: without an error."""
+    """What a device measured, in its axes [m], [m/s]."""
 
     at_ns: int
     x: Vector3
     xd: Vector3
-    trusted: bool
-
-
-class Mailbox:
-    """Between a thread and the loop: the newest measurement, the newest force, each replaced as a
-    whole. No force is older than ``STALE_NS``: a loop that stalls pushes nobody.
-    """
-
-    newest: Measurement | None = None
-    _force: tuple[int, Vector3] = (0, ORIGIN)
-
-    def ask(self, force: Vector3, now_ns: int) -> None:
-        """Have a force on the hand applied from now on [N]."""
-        self._force = now_ns, force
-
-    def force(self, now_ns: int) -> Vector3:
-        """Return the force to apply now [N]."""
-        at_ns, force = self._force
-        return force if now_ns - at_ns <= STALE_NS else ORIGIN
 
 
 class Axes:
-    """World axes by those of the device: ``y -x z`` makes its y the axis 0, its -x the axis 1.
-    Axes of the device beyond ``dof`` move freely.
-    """
+    """World axes by those of the device: ``y -x z`` makes its y the axis 0, its -x the axis 1."""
 
     def __init__(self, parameter: str, text: str, setup: DeviceSetup) -> None:
         found = re.findall(r"(-?)([xyz])", text)
@@ -105,14 +86,11 @@ class VendorDevice(ABC, Generic[P]):
         self._axes = Axes(f"{name}.axes", p.axes, setup)
         self._claim: socket.socket | None = None
         self._far = ""  # why a position cannot be one
-        self.info = DeviceInfo(
-            p.model, setup.dof, max_force=known.max_force_n,
-            continuous_force=known.continuous_force_n, apparent_mass=known.apparent_mass_kg,
-            workspace_m=known.workspace_m, encoder_step_m=known.encoder_step_m,
-            velocity="estimated",
-        )  # fmt: skip
+        known_forces = known.max_force_n, known.continuous_force_n, known.apparent_mass_kg
+        known_sizes = known.workspace_m, known.encoder_step_m
+        self.info = DeviceInfo(p.model, setup.dof, *known_forces, None, *known_sizes, "estimated")
         zero = self._zero = value((0.0,) * setup.dof)
-        self._sample = DeviceSample(x=zero, xd=zero, f_h=zero, valid=False)
+        self._sample = DeviceSample(zero, zero, zero, valid=False)
 
     def _take(self, kind: Any, serial: str, asked: str = "", text: str = "") -> None:
         """Take a device for this process; DeviceError where it is another one than the one asked
@@ -150,9 +128,8 @@ class VendorDevice(ABC, Generic[P]):
         """Take a motion in axes of the device over; it is invalid where it cannot be metres."""
         from_centre = [a - b for a, b in zip(x, centre_m, strict=True)]
         self._far = beyond(from_centre, self.info.workspace_m)
-        valid = not self._far and all(map(math.isfinite, (*x, *xd)))
-        self._sample.valid = valid
-        if valid:
+        self._sample.valid = not self._far and all(map(math.isfinite, (*x, *xd)))
+        if self._sample.valid:
             self._sample.x, self._sample.xd = self._axes.world(from_centre), self._axes.world(xd)
 
     def _refuse_far(self) -> None:
@@ -172,16 +149,20 @@ class VendorDevice(ABC, Generic[P]):
 
 
 class ThreadedDevice(VendorDevice[P]):
-    """A device that a thread of its own serves, through a mailbox."""
+    """A device that a thread serves; measurement and force are each replaced as a whole."""
 
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
-        self._box = Mailbox()
+    _newest: Measurement | None = None
+    _asked: tuple[int, Vector3] = (0, ORIGIN)  # when [ns], force on the hand [N]
+
+    def _force(self, now_ns: int) -> Vector3:
+        """Return the force to apply now; none that is older than ``STALE_NS``."""
+        at_ns, force = self._asked
+        return force if now_ns - at_ns <= STALE_NS else ORIGIN
 
     def _await_first(self) -> None:
         """Wait for the first measurement; DeviceError where none comes, or a wrong one."""
         until = time.monotonic() + OPEN_S
-        while self._box.newest is None and time.monotonic() < until:
+        while self._newest is None and time.monotonic() < until:
             time.sleep(0.001)
         if not self.read(time.monotonic_ns()).fresh:
             raise DeviceError(f"{self._name}: no measurement in {OPEN_S:g} s; see the device")
@@ -189,11 +170,10 @@ class ThreadedDevice(VendorDevice[P]):
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return the newest measurement of the thread; an old one is invalid."""
-        sample, newest = self._sample, self._box.newest
+        sample, newest = self._sample, self._newest
         sample.fresh = newest is not None and newest.at_ns != sample.measured_ns
         if newest is not None and sample.fresh:
             self._sense(newest.x, newest.xd, self._profile.centre_m)
-            sample.valid &= newest.trusted
             sample.measured_ns = newest.at_ns
         elif sample.measured_ns is not None:
             sample.valid &= due_ns - sample.measured_ns <= STALE_NS
@@ -201,12 +181,12 @@ class ThreadedDevice(VendorDevice[P]):
 
     def write(self, f_m: Value) -> None:
         """Push the hand from the thread's next turn on, until the next call here."""
-        self._box.ask(self._axes.on_hand(f_m), time.monotonic_ns())
+        self._asked = time.monotonic_ns(), self._axes.on_hand(f_m)
 
 
 def library_calls(
     device: str, path: str, names: Sequence[str], signatures: Mapping[str, Any], sdk: str
-) -> Calls:
+) -> dict[str, Any]:
     """Return the calls of the library at ``path``, else of the first name that the system finds;
     DeviceError where it, or one of them, is not there. Signatures: types of result and arguments.
     """
@@ -221,8 +201,22 @@ def library_calls(
         raise DeviceError(f"{where}: {problem}; install the {sdk} and name the file")
     if lacks := [name for name in signatures if not hasattr(library, name)]:
         raise DeviceError(f"{where}: lacks {', '.join(lacks)}; install a newer {sdk}")
-    calls: Calls = {}
-    for name, (result, arguments) in signatures.items():
-        call = calls[name] = getattr(library, name)
-        call.restype, call.argtypes = result, list(arguments)
+    calls = {name: getattr(library, name) for name in signatures}
+    for name, call in calls.items():
+        call.restype, call.argtypes = signatures[name]
     return calls
+
+
+def plugged_in(vendor: str) -> str:
+    """Return how many USB devices a vendor has here; DeviceError for none, or no permission."""
+    folders = [each.parent for each in USB.glob("*/idVendor") if vendor in each.read_text()]
+    if not folders:
+        raise DeviceError(f"no USB device of the vendor {vendor}: plug it in and switch it on")
+    for each in folders:
+        bus, number = (int((each / name).read_text()) for name in ("busnum", "devnum"))
+        path = NODES / f"{bus:03}/{number:03}"
+        if not os.access(path, os.R_OK | os.W_OK):
+            rule = f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor}", MODE="0666"'
+            text = f"a file /etc/udev/rules.d/90-haptic.rules with the line {rule}"
+            raise DeviceError(f"{path} may not be opened: make {text}, and plug it in again")
+    return f"{len(folders)} plugged in"
