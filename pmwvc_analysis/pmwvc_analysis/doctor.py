@@ -21,9 +21,9 @@ from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.traces import SessionTraces
 
 OK, NOTE, WARNING, PROBLEM = "ok", "note", "warning", "problem"
-# Topics that carry nothing where nothing was changed, no hand is remote, and the ends are programs
-# that report nothing of what they received.
-QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception")
+# Topics that carry nothing where nothing was changed, no hand is remote, the ends are programs
+# that do not report what they received, and the environment says nothing of itself.
+QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception", "/server/scene")
 
 
 @dataclass(frozen=True)

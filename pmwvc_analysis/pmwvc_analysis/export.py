@@ -8,6 +8,7 @@ CSV is a folder with a file per table and ``columns.csv``, which has the units. 
 per table.
 """
 
+import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -36,6 +37,13 @@ def declared(kind: type) -> dict[str, Field]:
     hints = get_type_hints(kind, include_extras=True).items()
     found = ((name, getattr(hint, "__metadata__", ())) for name, hint in hints)
     return {name: Field(*texts) for name, texts in found if texts}
+
+
+OF_CONTACT = {
+    "time_s": Field("s", "time since the start of the session"),
+    **dict.fromkeys(("body", "other"), Field("", "two bodies of a scene that touch")),
+    "x": Field("m", "where, in the scene's frame"), "f": Field("N", "force on the other"),
+}  # fmt: skip
 
 
 class Table(NamedTuple):
@@ -82,6 +90,13 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
     poses = {f"pose_{name}": rows for name, rows in server.poses.items()}
     of_poses = dict.fromkeys(poses, Field("m, -", "x y z, quaternion w x y z of a body"))
     yield Table("server", {**whole, **accounts, **poses}, {**meanings, **kept, **of_poses})
+    if len(server.contacts):
+        rows, first, second, *vectors = server.contacts.T
+        names = np.array([*server.poses, "fixed"])
+        touching = {"time_s": server.time_s[rows.astype(int)]}
+        touching |= {"body": names[first.astype(int)], "other": names[second.astype(int)]}
+        touching |= {"x": np.stack(vectors[:3], 1), "f": np.stack(vectors[3:], 1)}
+        yield Table("contacts", touching, OF_CONTACT)
     for index, user in enumerate(server.users):
         own = {name: np.asarray(getattr(server, name)[index]) for name in OF_USERS}
         own["contact"] = own["contact"].astype(np.uint8)
@@ -122,6 +137,8 @@ def export(
     about: About = {"source": traces.source, "recorded_s": traces.duration_s}
     for name, value in ({"scenario": scenario.name} | scenario.flat() if scenario else {}).items():
         about[name] = value if isinstance(value, int | float) else str(value)
+    if traces.server is not None and (scene := traces.server.scene):
+        about["scene"] = json.dumps({**scene, "files": [*scene.get("files", ())]})
     path = Path(target)
     with file_errors(f"write {path}"):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -159,7 +159,8 @@ def declare_settings(node: Node) -> tuple[RecorderParams, list[Topic]]:
 
 def _subscribed(node: Node, topic: Topic) -> Polled:
     policy = ReliabilityPolicy.RELIABLE if topic.reliable else ReliabilityPolicy.BEST_EFFORT
-    qos = QoSProfile(depth=KEPT, reliability=policy, durability=DurabilityPolicy.VOLATILE)
+    kept = DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
+    qos = QoSProfile(depth=KEPT, reliability=policy, durability=kept)
     # A session may be in a namespace, which is the recorder's, too; in the file it has none.
     name = topic.name if topic.name in GLOBAL else topic.source.lstrip("/")
     return Polled(node, message_class(topic.type_name), name, qos, raw=True)

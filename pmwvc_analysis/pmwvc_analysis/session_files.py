@@ -21,26 +21,17 @@ Player = Callable[[SessionTraces, Scenario, Mapping[str, Any]], str | None]
 
 
 def finish(
-    folder: str | Path,
-    traces: SessionTraces | None = None,
-    scenario: Scenario | None = None,
-    *,
-    out: str | Path | None = None,
-    player: Player | None = None,
-    figures: bool = True,
+    folder: str | Path, traces: SessionTraces | None = None, scenario: Scenario | None = None, *,
+    out: str | Path | None = None, player: Player | None = None, figures: bool = True,
     begins: Callable[[str], None] = lambda part: None,
-) -> dict[str, Any]:
+) -> dict[str, Any]:  # fmt: skip
     """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html``; return the summary.
 
     Traces and scenario are read from the folder when not given (it may have no scenario). ``out``
     is where to write instead, such as when its disk is full. ``player`` makes the page that plays
     the session, ``replay.html``. Without ``figures`` numbers only are written, the first two
-    files. ``begins`` is told each part of the work as it begins.
-
-    Raises
-    ------
-    RecordingError
-        If the folder holds no recording that can be read, or cannot be written.
+    files. ``begins`` is told each part of the work as it begins. RecordingError where the folder
+    holds no recording that can be read, or cannot be written.
     """
     from pmwvc_analysis.budget.budget import budget
     from pmwvc_analysis.events import events

@@ -89,6 +89,8 @@ class ServerRow(NamedTuple):
     state: tuple[Presence, ...]
     accounts: Mapping[str, Value]  # [J]
     poses: Mapping[str, Sequence[float]]  # of bodies [m] x y z, quaternion w x y z
+    contacts: Sequence[float]  # of bodies, 8 numbers each: pmwvc_core.server.black_box.shown_by
+    contained: int  # steps so far in which a damper replaced environment or coupling
 
 
 @dataclass(frozen=True)

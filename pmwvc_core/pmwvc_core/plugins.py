@@ -25,7 +25,7 @@ class PluginGroup:
     group: str  # of the entry points
     parameter: str  # that names one
     what: str  # a factory makes, with its article
-    calls: tuple[str, ...]  # that it must have, "one or another"
+    calls: tuple[tuple[str, ...], ...]  # that it must have, one of each
     attributes: tuple[str, ...] = ()  # that it must have besides
     own: tuple[str, ...] = ()  # names that need no plug-in
     error: type[PmwvcError] = ParameterError  # what is raised
@@ -58,9 +58,9 @@ class PluginGroup:
         with refused(where, self.error):
             made = factory(setup)
         lacks = [
-            call
-            for call in self.calls
-            if not any(callable(getattr(made, one, None)) for one in call.split(" or "))
+            " or ".join(names)
+            for names in self.calls
+            if not any(callable(getattr(made, name, None)) for name in names)
         ]
         lacks += [name for name in self.attributes if not hasattr(made, name)]
         if lacks:

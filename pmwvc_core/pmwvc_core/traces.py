@@ -4,6 +4,7 @@
 run and a recording. Times are seconds since the start of the session.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -100,6 +101,9 @@ class ServerTraces:
     dissipated: Annotated[Array, "J", "heat of object and contacts so far"]
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
     poses: dict[str, Array] = field(default_factory=dict)  # of bodies (step, 7): xyz [m], wxyz
+    scene: dict[str, Any] = field(default_factory=dict)  # what an environment says of itself
+    contacts: Array = field(default_factory=lambda: np.zeros((0, 9)))  # contact_rows
+    contained: Integers = _unknown()  # (step,) steps up to it that a damper replaced
     changes: Integers = _unknown()  # (step,) steps up to it that took changes over
     looked_ns: Looks = _unknown()  # (step,)
 
@@ -109,9 +113,24 @@ class ServerTraces:
         return self.looked_ns if len(self.looked_ns) else np.zeros_like(self.step)
 
     @property
+    def replaced(self) -> tuple[float, int]:
+        """From when [s] and in how many steps a damper replaced environment or coupling."""
+        steps = int(self.contained.max(initial=0))
+        return (float(self.time_s[np.argmax(self.contained > 0)]) if steps else 0.0), steps
+
+    @property
     def period_s(self) -> float:
         """Length of the longest step [s]: of all, where it did not change."""
         return float(self.periods_s.max(initial=0.0))
+
+
+def contact_rows(steps: Sequence[Sequence[float]]) -> Array:
+    """Return contacts ``(contact, 9)``: row of the step, two bodies of ``poses`` by index (-1: a
+    fixed one), x y z [m], force on the second [N].
+    """
+    rows = np.repeat(np.arange(len(steps)), [len(step) // 8 for step in steps])
+    values: Array = np.concatenate([np.zeros(0), *steps]).reshape(-1, 8)
+    return np.column_stack([rows, values])
 
 
 @dataclass

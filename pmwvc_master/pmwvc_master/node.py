@@ -152,12 +152,9 @@ class Master:
         late, self._late = protocol.s.late - self._late, protocol.s.late
         state = STATES[int(protocol.state)]
         values |= {
-            "device samples": self.loop.work.samples,
-            LATE_SAMPLES: protocol.s.late,
-            "state": state,
-            "reason": protocol.reason,
-            "safety events": protocol.s.limits.events,
-        }
+            "device samples": self.loop.work.samples, LATE_SAMPLES: protocol.s.late,
+            "state": state, "reason": protocol.reason, "safety events": protocol.s.limits.events,
+        }  # fmt: skip
         values |= diagnostics(protocol.inbox, out="up", into="down")
         wrong, peers = self._watch.peers.look()
         values |= peers

@@ -3,9 +3,11 @@
 """The server node: the shared object and every user's avatar.
 
 The main thread runs the loop (:mod:`pmwvc_server.loop`); a second one serves parameters,
-``~/start`` (Trigger, where ``start.paused`` is set), markers, diagnostics and the log.
+``~/start`` (Trigger, where ``start.paused`` is set), markers, diagnostics and the log. What is
+constant in an environment is published once, on ``~/scene``.
 """
 
+import json
 import secrets
 import sys
 import threading
@@ -14,6 +16,7 @@ from functools import partial
 
 import numpy as np
 from rclpy.node import Node
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from pmwvc_core.ends.server_end import kept_words, why_kept
@@ -21,7 +24,9 @@ from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
+from pmwvc_core.runtime.topics import LATCHED_QOS
 from pmwvc_core.runtime.watch import Watch
+from pmwvc_core.server.black_box import description_of
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.receiver import diagnostics
@@ -29,7 +34,7 @@ from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_core.words import count
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.settings import PauseParams, declare_settings
-from pmwvc_server.wires import RosWires, scene
+from pmwvc_server.wires import RosWires, markers
 
 MARKER_HZ = 30.0
 NEWS = {
@@ -55,6 +60,9 @@ class ServerNode:
         self.loop = ServerLoop(
             settings.make_step(epoch), links=wires.links, publish_trace=wires.publish_trace
         )
+        if scene := description_of(self.loop.protocol.s.environment.body):
+            self._scene = node.create_publisher(String, "~/scene", LATCHED_QOS)
+            self._scene.publish(String(data=json.dumps(scene)))
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()
@@ -102,12 +110,12 @@ class ServerNode:
             self.loop.protocol.hand_over(together)
 
     def _show(self) -> None:
-        """Publish the scene and log who came and went."""
+        """Publish the markers and log who came and went."""
         self._log_changes()
         if self._markers.get_subscription_count():
             stamp = self.node.get_clock().now().to_msg()
             size_m = self.settings.server.object_size_m
-            self._markers.publish(scene(self.loop, self.names, size_m=size_m, stamp=stamp))
+            self._markers.publish(markers(self.loop, self.names, size_m=size_m, stamp=stamp))
 
     def _log_changes(self) -> None:
         changes = self.loop.changes

@@ -80,12 +80,9 @@ class ServerSettings:
 
 
 def declare_settings(
-    node: Node,
-    on_server: Callable[[ServerParams], None],
-    on_contact: Callable[[int, ContactParams], None],
-    on_pause: Callable[[PauseParams], None],
-    settled: Callable[[], None],
-) -> ServerSettings:
+    node: Node, on_server: Callable[[ServerParams], None], on_contact: Callable[[int,
+    ContactParams], None], on_pause: Callable[[PauseParams], None], settled: Callable[[], None],
+) -> ServerSettings:  # fmt: skip
     """Declare all parameters of the node and return the values; ParameterError if one is wrong.
 
     After each accepted change ``on_server``, ``on_contact`` and ``on_pause`` get complete new

@@ -75,7 +75,7 @@ COLORS = (
 )  # fmt: skip
 
 
-def scene(loop: ServerLoop, users: Sequence[str], *, size_m: float, stamp: Any) -> MarkerArray:
+def markers(loop: ServerLoop, users: Sequence[str], *, size_m: float, stamp: Any) -> MarkerArray:
     """Return the scene after the last step: an object with edges of ``size_m`` [m], its target,
     the avatars and their forces on it. Axes that there are not are drawn at zero.
     """

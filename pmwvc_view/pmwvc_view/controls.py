@@ -58,9 +58,7 @@ _BY_PATH = {control.path: control for control in CONTROLS}
 
 
 def control_of(path: str) -> Control:
-    """Return the control that a path names, with or without a user before it; ParameterError
-    where there is none.
-    """
+    """Return the control of a path, which may name a user; ParameterError where there is none."""
     number, rest = split_user(path)
     if rest not in _BY_PATH or (number and rest in AT_RESTART):
         raise ParameterError(f"{path}: cannot be changed here")
@@ -68,9 +66,7 @@ def control_of(path: str) -> Control:
 
 
 def changed(scenario: Scenario, values: Settings) -> Scenario:
-    """Return a scenario with settings of a page; ParameterError where one of them cannot be
-    changed from there, or may not have its value.
-    """
+    """Return a scenario with settings of a page; ParameterError where one of them is refused."""
     for path in values:
         control_of(path)
     wanted: dict[str, Any] = dict(values)
@@ -94,12 +90,9 @@ def renamed(scenario: Scenario, names: Sequence[str]) -> Scenario:
 
 
 def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
-    """Return the value of every control; that of the first user, and of the way up, where they
-    differ.
-    """
+    """Return the value of every control: the first user's, and the uplink's, where they differ."""
     flat = scenario.flat()
-    found: dict[str, Any] = {PRESET: preset, CONTROLLER: scenario.controller}
-    found[CHANNEL] = scenario.channel
+    found = {PRESET: preset, CONTROLLER: scenario.controller, CHANNEL: scenario.channel}
     for control in CONTROLS:
         if control.path not in found:
             leaf = resolved(control.path)[1][0]
@@ -110,20 +103,18 @@ def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
 
 def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the controls, with these values, as the session message declares them."""
-    found = []
-    for control in CONTROLS:
-        spec = None if control.path == PRESET else spec_of(control.path)
-        about = {
-            "path": control.path,
+    return [
+        {
+            "path": path,
             "label": control.label,
-            "unit": spec.unit if spec is not None else "-",
-            "value": values[control.path],
+            "unit": "-" if path == PRESET else spec_of(path).unit,
+            "value": values[path],
             "slider": list(control.ends) if control.ends else None,
             "choices": None if control.ends else list(_choices(control)),
-            "restart": control.path in AT_RESTART,
+            "restart": path in AT_RESTART,
         }
-        found.append(about)
-    return found
+        for path, control in _BY_PATH.items()
+    ]
 
 
 def _choices(control: Control) -> Iterator[dict[str, str]]:

@@ -33,17 +33,15 @@ STATES: Mapping[str, type[IntEnum]] = {"master": SafetyState, "server": Presence
 
 
 def describe(
-    scenario: Scenario, layout: Layout, *, mode: str, duration_s: float | None,
-    values: Mapping[str, Any], remote: Collection[str], can: Collection[str], snapshot_s: float,
-    holders: Mapping[str, str | None] | None = None,
+    scenario: Scenario, layout: Layout, scene: Mapping[str, Any], *, mode: str,
+    duration_s: float | None, values: Mapping[str, Any], remote: Collection[str],
+    can: Collection[str], snapshot_s: float, holders: Mapping[str, str | None] | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the session message: ``mode`` is live, simulated or recorded; ``duration_s`` None
-    where it goes on until it is ended [s]; ``values`` those of the controls; ``remote`` the users
-    whose handle a page can take; ``can`` the kinds of requests that are served; ``holders`` who
-    holds each user's handle.
+    """Return the session message: ``scene`` as its environment describes it; ``mode`` is live,
+    simulated or recorded; ``duration_s`` None where it goes on until it is ended [s]; ``values``
+    those of the controls; ``remote`` the users whose handle a page can take; ``can`` the kinds of
+    requests that are served; ``holders`` who holds each user's handle.
     """
-    of, held = scenario.server, holders or {}
-    about = {"environment": of.environment, "size_m": of.object_size_m}
     return {
         "kind": "session",
         "version": protocol.VERSION,
@@ -53,17 +51,15 @@ def describe(
         "controller": scenario.controller,
         "waves": has_waves(scenario.controller),
         "dof": scenario.dof,
-        "tick_s": scenario.tick_s,
-        "period_s": of.period_s,
         "duration_s": duration_s,
-        "object": about | {"mass": of.object_mass},
+        "object": {"size_m": scenario.server.object_size_m},
+        "scene": {name: scene[name] for name in ("shapes", "fixed", "origin") if name in scene},
         "users": [
             {
                 "name": user.name,
                 "side": user.side,
                 "remote": user.name in remote,
-                "holder": held.get(user.name),
-                "stiffness": user.contact.contact_stiffness,
+                "holder": (holders or {}).get(user.name),
                 "force_limit": user.safety.max_force,
                 "workspace_m": user.device.workspace_m,
                 "start_m": list(place_of(user, scenario).start),
@@ -74,15 +70,20 @@ def describe(
         "states": {node: [each.name.lower() for each in kind] for node, kind in STATES.items()},
         "can": sorted(can),
         "snapshot_s": snapshot_s,
-        "limits": protocol.LIMITS,
+        "heartbeat_s": protocol.HEARTBEAT_S,
         "layout": layout.to_page(),
     }
 
 
+def moving(scene: Mapping[str, Any]) -> list[str]:
+    """Return the bodies of a scene that are drawn and move."""
+    bodies = dict.fromkeys(shape["body"] for shape in scene.get("shapes", ()))
+    return [body for body in bodies if body not in scene["fixed"]]
+
+
 def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:
     """Return the round trip by the model [s] and the wave impedance [N s/m] of every user, by
-    column: F tau/(2b) is the distance of device and avatar at rest. None: not decided by them, or
-    an impedance that is a matrix.
+    column, for F tau/(2b). None: that does not decide, or the impedance is a matrix.
     """
     found: dict[str, float | None] = {}
     for user in scenario.users:
@@ -106,11 +107,7 @@ class Predictor:
         self._newest = 0
 
     async def ask(self, scenario: Scenario, values: Settings) -> dict[str, Any] | None:
-        """Return the prediction for a scenario with settings, or None where a newer question came.
-
-        Reading the settings is work too: the process does it, and only for a question that is
-        answered.
-        """
+        """Return the prediction for a scenario with settings; None: a newer question came."""
         self._newest = number = self._newest + 1
         async with self._busy:
             if number != self._newest:

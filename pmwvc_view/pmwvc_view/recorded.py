@@ -39,7 +39,9 @@ class RecordedSession:
         names = [user.name for user in scenario.users]
         traces = replace(traces, users=[user for user in traces.users if user.name in names])
         self._traces, self._scenario, self._summary = traces, scenario, summary
-        self.layout, self._period_s = Layout(names, scenario.dof), snapshot_s
+        self._scene = traces.server.scene if traces.server else {}
+        self.layout = Layout(names, scenario.dof, description.moving(self._scene))
+        self._period_s = snapshot_s
         self.packets = packets_of(traces, scenario)
         self.rows = self._made_rows()
         self._apart = {user.name: apart(traces, user) for user in traces.users}
@@ -90,12 +92,12 @@ class RecordedSession:
             for user in self._traces.users
         ]
         about = description.describe(
-            self._scenario, self.layout, mode="recorded", duration_s=self._traces.duration_s,
-            values=controls.values_of(self._scenario), remote=(), can=CAN,
-            snapshot_s=self._period_s,
+            self._scenario, self.layout, self._scene, mode="recorded",
+            duration_s=self._traces.duration_s, values=controls.values_of(self._scenario),
+            remote=(), can=CAN, snapshot_s=self._period_s,
         )  # fmt: skip
         start_s = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
-        return about | {"events": self._summary["events"], "start_s": start_s}
+        return about | {"start_s": start_s}
 
     def texts(self) -> list[tuple[int, dict[str, Any]]]:
         """Return the texts with the rows from which they hold."""

@@ -6,6 +6,7 @@ server. Questions to the exact model are not answered there.
 
 import base64
 import json
+import posixpath
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -29,9 +30,7 @@ POLICY = (
 def replay_page(
     traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any]
 ) -> str | None:
-    """Return the page of a recorded session; None if nothing of its users was recorded.
-    ``summary`` has its verdicts, as in ``summary.json``.
-    """
+    """Return the page of a session with its ``summary``; None if nothing of its users is known."""
     names = {user.name for user in scenario.users} & {user.name for user in traces.users}
     if not names:
         return None
@@ -58,9 +57,14 @@ def _page(content: str) -> str:
     text = (PAGE / "index.html").read_text("utf-8")
     icon = _address((PAGE / "icon.svg").read_bytes(), "image/svg+xml")
     modules = {}
-    for file in PAGE.glob("*.js"):
-        module = re.sub(r'from "\./', 'from "page/', file.read_text("utf-8"))
-        modules[f"page/{file.name}"] = _address(module.encode(), "text/javascript")
+    for file in PAGE.rglob("*.js"):
+        name = file.relative_to(PAGE.parent).as_posix()
+
+        def named(found: re.Match[str], folder: str = posixpath.dirname(name)) -> str:
+            return f'from "{posixpath.normpath(posixpath.join(folder, found[1]))}"'
+
+        module = re.sub(r"""from ["'](\.[^"']+)["']""", named, file.read_text("utf-8"))
+        modules[name] = _address(module.encode(), "text/javascript")
     style = (PAGE / "page.css").read_text("utf-8")
     text = re.sub(r'  <link rel="(modulepreload|stylesheet)".*\n', "", text)
     text = text.replace('href="icon.svg"', f'href="{icon}"')

@@ -62,7 +62,7 @@ class Session(ABC):
     def message(self, holders: Mapping[str, str | None]) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
         return description.describe(
-            self._scenario, self.layout, mode="live" if self._live else "simulated",
+            self._scenario, self.layout, self._scene, mode="live" if self._live else "simulated",
             duration_s=self._duration_s, values=controls.values_of(self.wanted, self.preset),
             remote=self.remote, can=self.can, snapshot_s=SNAPSHOT_S, holders=holders,
         )  # fmt: skip
@@ -98,20 +98,19 @@ class Session(ABC):
         """Change a parameter, to what is wanted then; return why not, or ""."""
 
     async def ask(self, values: Settings) -> dict[str, Any] | None:
-        """Return the exact model's prediction with these settings, as its message; None where a
-        newer question came.
-        """
+        """Return the exact model's prediction as its message; None where a newer question came."""
         return await self._predictor.ask(self.wanted, values)
 
     def close(self) -> None:
         """Let go of everything."""
         self._predictor.close()
 
-    def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
-        """Begin to show a session in which the devices of these users count their true motion."""
+    def _show(self, scenario: Scenario, exact: Sequence[str], scene: Mapping[str, Any]) -> None:
+        """Begin to show a session; ``exact`` users have devices that count their true motion."""
         self._scenario = self.wanted = scenario
-        self._exact = exact
-        self.layout = Layout([user.name for user in scenario.users], scenario.dof)
+        self._exact, self._scene = exact, scene
+        users, bodies = [user.name for user in scenario.users], description.moving(scene)
+        self.layout = Layout(users, scenario.dof, bodies)
         self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS), live=self._live)
         self._lags = description.lags(scenario, live=self._live)
         self._judge = Judge(self._feed.tape)
@@ -123,8 +122,9 @@ class Session(ABC):
         self, now_ns: int, others: Mapping[str, Any] | None = None
     ) -> Sequence[Snapshot]:
         """Return the snapshots up to now [ns]; ``others``: more values by column."""
-        targets = {f"{user}.target": place for user, place in self._places.items()}
-        held = {f"{user}.held": place is not None for user, place in self._places.items()}
+        places = {user: self._places.get(user) for user in self.remote}
+        targets = {f"{user}.target": place for user, place in places.items()}
+        held = {f"{user}.held": place is not None for user, place in places.items()}
         self._feed.others = {**self._lags, **(others or {}), **targets, **held}
         return self._feed.rows(now_ns)
 

@@ -17,6 +17,7 @@ from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.simulation.traces import UserNotes, stepped_server
 from pmwvc_view import SNAPSHOT_S, controls, description
@@ -29,16 +30,16 @@ LONGEST_S = 86400.0
 
 
 class Simulation(SteppedSession):
-    """The ends of a scenario, stepped tick by tick for a day at most; its traces go to a feed.
-    ``targets`` are those of the hands that a page can take, since the last tick [m].
+    """The ends of a scenario, stepped tick by tick for a day at most; ``targets`` are those of the
+    hands that a page can take, since the last tick [m]; ``scene`` is as its environment says.
     """
 
-    def __init__(self, scenario: Scenario, feed: Feed) -> None:
+    def __init__(self, scenario: Scenario) -> None:
         super().__init__(replace(scenario, duration_s=LONGEST_S))
-        self._feed, self._dof, self.tick, self._stepped = feed, scenario.dof, 0, 0
+        self._dof, self.tick, self._stepped = scenario.dof, 0, 0
+        self.scene = description_of(self.server.s.environment.body)
         self._by_name = {user.settings.name: user for user in self.users}
         self.targets: dict[str, list[Target]] = {}
-        feed.tape.zero(0)
         for name, user in self._by_name.items():
             if user.settings.operator.is_remote:
                 self.targets[name] = []
@@ -48,19 +49,19 @@ class Simulation(SteppedSession):
         new, self.targets[user] = self.targets[user], []
         return new
 
-    def step_to(self, tick: int) -> None:
-        """Step up to a tick; give what was noted to the feed."""
+    def step_to(self, tick: int, feed: Feed) -> None:
+        """Step up to a tick; give what was noted to a feed."""
         self.tick = tick
         self.advance(tick * self.tick_ns)
         of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s, "events": 0}
         for (name, user), notes in zip(self._by_name.items(), self.user_notes, strict=True):
             if notes.ticks:
-                self._feed.on_master(notes.traces(name, first=user.ticks.first, **of))
+                feed.on_master(notes.traces(name, first=user.ticks.first, **of))
         self.user_notes = [UserNotes(self._dof) for _ in self.users]
         if self.steps:
             began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
             server = stepped_server(self._scenario, self.steps, began_s)
-            self._feed.on_server(replace(server, step=server.step + self._stepped))
+            feed.on_server(replace(server, step=server.step + self._stepped))
             self._stepped += len(self.steps)
         self.steps = []
         for number, link in enumerate(
@@ -68,7 +69,7 @@ class Simulation(SteppedSession):
         ):
             # The newest fates; an arrival may lie ahead. No record of packets is kept.
             rows = [(f.number, f.time_in_ns, f.time_due_ns, f.kind) for f in link.fates]
-            self._feed.on_packets(number, np.array(rows, dtype=np.float64).reshape(-1, 4))
+            feed.on_packets(number, np.array(rows, dtype=np.float64).reshape(-1, 4))
             link.fates, link.sent, link.arrived = [], [], []
 
 
@@ -84,9 +85,10 @@ class SimulatedSession(Session):
         self._begin(scenario)
 
     def _begin(self, scenario: Scenario) -> None:
-        self._show(scenario, [user.name for user in scenario.users])
+        self._simulation = Simulation(scenario)
+        self._show(scenario, [user.name for user in scenario.users], self._simulation.scene)
+        self._feed.tape.zero(0)
         self.generation += 1
-        self._simulation = Simulation(scenario, self._feed)
         self.remote = list(self._simulation.targets)
         self._at_s = self._clock()
         self._left_s = self._lost_s = 0.0  # of real time, not simulated yet; never simulated
@@ -110,7 +112,7 @@ class SimulatedSession(Session):
                 self._lags = description.lags(self._scenario, live=False)
         simulation, tick_s = self._simulation, self._simulation.tick_ns * 1e-9
         before = simulation.tick
-        simulation.step_to(before + int(self._left_s / tick_s))
+        simulation.step_to(before + int(self._left_s / tick_s), self._feed)
         self._left_s -= (simulation.tick - before) * tick_s
         return self._snapshots(simulation.tick * simulation.tick_ns)
 

@@ -37,6 +37,7 @@ from relay import bench_relay
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from controllers import bench_controllers
+from frames import bench_frames
 from page import bench_page
 from support.map_points import point
 
@@ -203,10 +204,11 @@ def main():
     bench_load(options.duration, rows, numbers)
     bench_report(options.duration, rows, numbers)
     pages, numbers["page"] = bench_page()
+    frames, numbers["frames"] = bench_frames()
     table = Table("what", "measured", "reference in this run", "ratio")
     for row in rows:
         table.add_row(*row)
-    Console().print(controllers, table, pages)
+    Console().print(controllers, table, pages, frames)
     place = Path("sessions")
     place.mkdir(exist_ok=True)
     (place / "bench.json").write_text(json.dumps(numbers, indent=1) + "\n")

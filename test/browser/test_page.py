@@ -5,6 +5,7 @@
 import pytest
 from playwright.sync_api import expect
 from support.page_server import TOKEN, served
+from support.pages import complaints_of
 from support.plain import load
 from support.simulated import judged, simulated
 
@@ -59,14 +60,16 @@ def test_only_address_with_token_from_its_own_page_connects(visit):
         live.until(lambda: "lacks its token" in verdict.inner_text(), "a hint at the address")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_page_fits_phone_and_loads_nothing_from_elsewhere(visit, scheme):
-    with served() as live:
+@pytest.mark.parametrize(
+    ("scheme", "name"), [("light", "live"), ("dark", "live"), ("dark", "cube_3d")]
+)
+def test_page_fits_phone_and_loads_nothing_from_elsewhere(visit, scheme, name):
+    with served(name=name) as live:
         phone = {"width": 390, "height": 844}
-        requests, complaints = [], []
+        requests = []
         page = visit("about:blank", shown=False, viewport=phone, color_scheme=scheme)
         page.on("request", lambda request: requests.append(request.url))
-        page.on("console", lambda message: complaints.append(message.text))
+        complaints = complaints_of(page)
         page.goto(live.address)
         page.locator("#scene[data-users='2']").wait_for()
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
@@ -123,9 +126,8 @@ def test_file_beside_the_report_plays_the_session_without_a_server(visit, tmp_pa
     file = tmp_path / "replay.html"
     file.write_text(replay_page(traces, scenario, judged(scenario)), "utf-8")
     recorded_n = abs(float(traces.users[0].f_applied[4192, 0]))
-    complaints, requests = [], []
-    page = visit("about:blank", shown=False)
-    page.on("console", lambda message: complaints.append(message.text))
+    requests, page = [], visit("about:blank", shown=False)
+    complaints = complaints_of(page)
     page.on("request", lambda request: requests.append(request.url.split(":")[0]))
     page.goto(file.as_uri())
     time = page.locator("#seek-time")

@@ -2,15 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Environments of another package behind a real server node: one that raises, one that hangs."""
 
+import base64
 import contextlib
+import json
 import os
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from std_msgs.msg import String
 from support.processes import NodeProcess, ros
+from support.scenes import CONFIG, scene
 
 from pmwvc_core.params import DeviceParams, OperatorParams
-from pmwvc_core.runtime.topics import RECORDED_QOS
+from pmwvc_core.runtime.topics import LATCHED_QOS, RECORDED_QOS
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
 
 pytestmark = [pytest.mark.integration]
@@ -117,3 +121,23 @@ def test_an_environment_that_fails_is_named_and_the_server_goes_on(installed, en
         peer.until(lambda: blocks and blocks[-1].state == MasterTrace.COUPLED)
         assert "environment" in values()["environment: last fault"]
         assert server.stop() == 0
+
+
+def test_a_scene_is_described_once_for_whoever_comes_later():
+    file = CONFIG / "lift.xml"
+    with contextlib.ExitStack() as stack:
+        peer = stack.enter_context(ros())
+        server = {
+            "dof": 3, "users": ["user1", "user2"], "server.coupling": "unknown",
+            "server.environment": "mujoco", "server.scene": str(file),
+        }  # fmt: skip
+        stack.enter_context(NodeProcess("pmwvc_server.node", server))
+        peer.until(lambda: peer.node.count_publishers("/server/trace"))
+        texts, lost = [], []
+        peer.node.create_subscription(String, "/server/scene", texts.append, LATCHED_QOS)
+        peer.node.create_subscription(String, "/server/scene", lost.append, 1)  # the control
+        peer.until(lambda: texts)
+        (text,), asked = texts, scene(file).description
+        assert json.loads(text.data) == asked
+        assert base64.b64decode(asked["files"]["lift.xml"]) == file.read_bytes()
+        assert not lost

@@ -79,6 +79,13 @@ def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
     assert bulk.loops_of(many)[0] is not None and bulk.loops_of(few) == [None]
 
 
+def test_a_scene_is_never_compiled():
+    """What is outside Python's laws is no tuple of numbers; without it a cube is (the control)."""
+    mapping = yaml.safe_load((CONFIG / "lift.yaml").read_text("utf-8"))
+    assert not can_run(parse_scenario(mapping))
+    assert can_run(parse_scenario(mapping | {"server": {"environment": "cube"}}))
+
+
 def test_a_compiled_loop_is_kept_for_later_processes_by_the_sources_of_the_laws(tmp_path):
     program = (
         "from pmwvc_core.compiled import compiled\n"

@@ -40,7 +40,7 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(363, 380, inside("pmwvc_core", "scenes")),
+    "scenes": Room(500, 500, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_891,
@@ -78,7 +78,7 @@ ROOMS = {
     "figures and reports": Room(
         2_253, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_201, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_200, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_250,
         1_250,
@@ -96,7 +96,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_034, 3_000, ("pmwvc_view",)),
+    "page": Room(3_033, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -135,6 +135,15 @@ def test_what_was_taken_over_a_frame_earlier_is_another_session():
     assert "user1: the master took over a change that no recorded parameter event names" in whys
 
 
+def test_steps_that_a_damper_replaced_are_named_as_why_a_replay_is_not_exact():
+    scenario, traces = as_live([], 0.5, 0, 3)
+    assert limits(traces, scenario, HANDS) == []
+    traces.server.contained = (np.arange(len(traces.server.step)) >= 20).astype(int)
+    ((time_s, why),) = limits(traces, scenario, HANDS)
+    assert time_s == traces.server.time_s[20]
+    assert why == "a damper in place of the environment: 1x"
+
+
 def test_blocks_and_steps_that_were_not_recorded_are_named_with_their_time():
     scenario, traces = as_live([], 0.5, 0, 3)
     user, server = traces.users[0], traces.server

@@ -9,6 +9,14 @@ from playwright.sync_api import Page
 HANDLE = "(user) => document.getElementById('scene').handles.find((each) => each.user === user)"
 
 
+def complaints_of(page: Page) -> list[str]:
+    """Return what a page writes to its console from now on, but how fast the driver is."""
+    found: list[str] = []
+    own = lambda text: "GL Driver Message (OpenGL, Performance" not in text  # noqa: E731
+    page.on("console", lambda said: found.append(said.text) if own(said.text) else None)
+    return found
+
+
 class Pointer:
     """A mouse or a finger on a user's handle; distances in metres in the plane of the screen."""
 

@@ -140,3 +140,16 @@ def test_beyond_twenty_events_of_a_kind_the_others_are_one():
     assert times > 21 and len(limits) == 21
     assert limits[-1]["what"].startswith(f"{times - 20} more times, the last: force limited for")
     assert limits[-1]["time_s"] == user.time_s[1000 + 20 * 300]
+
+
+def test_a_live_environment_that_a_damper_replaced_is_named_with_time_and_count():
+    """In virtual time the reason is known, too, and stands in the metadata instead."""
+    traces = handmade.session()
+    traces.server.contained = np.repeat([0, 1, 3], [100, 50, len(traces.server.step) - 150])
+    assert listed(traces, "environment") == []
+    traces.source = "live"
+    (found,) = listed(traces, "environment")
+    assert found["what"].startswith("a damper replaced environment or coupling in 3 steps: ")
+    assert found["time_s"] == traces.server.time_s[100]
+    traces.server.contained = np.zeros(0, dtype=int)  # recorded before there was a count
+    assert listed(traces, "environment") == []

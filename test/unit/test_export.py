@@ -36,9 +36,9 @@ def read_csv(file):
 
 def test_every_signal_of_the_traces_has_a_column():
     owners = {"name", "topic", "link", "users", "tick_s", "period_s"}
-    kept_otherwise = {  # blocks, accounts, energies, counts and poses
+    kept_otherwise = {  # blocks, accounts, energies, counts, poses, scene and contacts
         "block_time_s", "state", "reason", "energy", "missed", "safety_events", "accounts",
-        "block_number", "epoch", "changes", "grid", "poses",
+        "block_number", "epoch", "changes", "grid", "poses", "scene", "contacts", "contained",
     }  # fmt: skip
     owners |= kept_otherwise
     for kind in (UserTraces, ServerTraces, PacketTraces, FateTraces):

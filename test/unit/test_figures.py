@@ -41,7 +41,7 @@ def test_lines_of_motion_are_in_millimetres_and_an_absent_avatar_is_not_drawn(li
     assert list(drawn) == [
         "target", "object", "user1 device", "user2 device", "user1 avatar", "user2 avatar"
     ]  # fmt: skip
-    np.testing.assert_allclose(drawn["user1 device"].y, live.users[0].x_m[:, 0] * 1e3)
+    np.testing.assert_allclose(drawn["user1 device"].y, live.users[0].x_m[:, 0] * 1e3, atol=1e-6)
     assert np.isnan(drawn["user1 avatar"].y[:100]).all()
     assert np.isfinite(drawn["user1 avatar"].y[100:]).all()
 

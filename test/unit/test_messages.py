@@ -74,6 +74,7 @@ def server(types):
         energy_u_s=[np.array([0.25]), 0.5], energy_v_s=[0.0, 1.0], kinetic=np.array([2.0]),
         potential=0.5, dissipated=0.125, accounts={"ledger": np.array([1.5])},
         taken=[(1, 8, 2**64 - 1)], looked=70_000, changes=2, poses={"box": [1.0] * 7},
+        contacts=[-1.0, 0.0, *[0.5] * 6], contained=3,
     )  # fmt: skip
 
 

@@ -152,6 +152,7 @@ def test_restart_with_another_controller_begins_anew_with_the_same_hands():
     assert running.session.message({})["controller"] == "direct"
     rows = running.polls(70, [("user1", (-0.02,))])
     assert np.isnan(running.value(rows, "user1.energy_up_min")).all()
+    assert not running.value(rows, "user2.held").any()  # known of a hand that nobody has closed
     assert running.value(rows, "user1.held")[-1] == 1.0
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The feed of a page: traces of several nodes on one grid, and the energy accounts of them."""
 
+import struct
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, UserTraces
 from pmwvc_view.feed import rows as rows_module
 from pmwvc_view.feed.feed import PATIENCE_S, Feed
 from pmwvc_view.feed.verdict import Judge, verdict
-from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
 from pmwvc_view.recorded import RecordedSession
 from pmwvc_view.simulated import Simulation
 
@@ -194,9 +195,10 @@ def run_live(scenario, ticks, poll=16):
     """Return feed and rows of a scenario that is simulated as for a page."""
     layout = Layout([user.name for user in scenario.users], scenario.dof)
     feed, rows = Feed(layout, scenario, period_ns=poll * MS), []
-    simulation = Simulation(scenario, feed)
+    simulation = Simulation(scenario)
+    feed.tape.zero(0)
     for tick in range(poll, ticks + 1, poll):
-        simulation.step_to(tick)
+        simulation.step_to(tick, feed)
         rows += feed.rows(tick * MS)
     return layout, feed, rows
 
@@ -320,3 +322,18 @@ def test_avatar_that_joined_elsewhere_is_noted_until_it_is_with_its_device(texts
     assert all(why in note for note in noted)
     assert "12.0 mm" in noted[0] or "10.0 mm" in noted[0]
     assert "since joining" not in notes[-1]  # 20 mm of a moving hand later are no such distance
+
+
+@pytest.mark.parametrize("bodies", [0, 1, 2, 7])
+def test_snapshot_sends_28_bytes_a_body_and_everything_else_as_it_is(bodies):
+    layout = Layout(["user1"], 3, [f"body{number}" for number in range(bodies)])
+    row = np.arange(layout.size) + 1.0 / 3.0
+    outgoing = Outgoing(layout)
+    for packets in ([[1.0, 2.0, 3.0, 4.0, 5.0]], [[6.0, 7.0, 8.0, 9.0, np.nan]]):  # sent as one
+        outgoing.add(Snapshot(row, np.array(packets), layout.narrow))
+    wide, narrow = layout.size - 7 * bodies, 7 * bodies
+    form = f"<{wide}d{narrow}f{4 * (bodies % 2)}x10d"
+    found = struct.unpack(form, outgoing.take())
+    assert found[:wide] == tuple(row[:wide])
+    np.testing.assert_allclose(found[wide:-10], row[wide:], rtol=1e-7)
+    np.testing.assert_equal(found[-10:], [1, 2, 3, 4, 5, 6, 7, 8, 9, np.nan])

@@ -83,7 +83,8 @@ def test_process_of_the_model_is_not_ended_by_a_ctrl_c_that_reaches_the_whole_te
 
 
 def test_page_and_its_files_are_served_under_a_policy_that_loads_nothing_from_elsewhere(server):
-    for path, kind in (("/", "text/html"), ("/page.css", "text/css")):
+    script = "/vendor/ogl/core/Mesh.js", "text/javascript"
+    for path, kind in (("/", "text/html"), ("/page.css", "text/css"), script):
         answer, content = get(server, path)
         assert answer.status == 200 and content
         assert answer.headers["Content-Type"].startswith(kind)
@@ -96,7 +97,10 @@ def test_page_and_its_files_are_served_under_a_policy_that_loads_nothing_from_el
 
 @pytest.mark.parametrize(
     "path",
-    ["/../server.py", "/%2e%2e/server.py", "/page/../../node.py", "/etc/passwd", "//", "/."],
+    [
+        *("/../server.py", "/%2e%2e/server.py", "/page/../../node.py", "/etc/passwd", "//", "/."),
+        *("/vendor/../../node.py", "/vendor/ogl", "/vendor/ogl/LICENSE", "/vendor//ogl/README.md"),
+    ],
 )
 def test_nothing_outside_the_page_is_served(server, path):
     assert get(server, path)[0].status == 404

@@ -41,7 +41,8 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
     names = [user.name for user in scenario.users]
     feed = Feed(Layout(names, scenario.dof), scenario, period_ns=16 * MS)
     judge, options = Judge(feed.tape), {"exact_hands": names, "notices": []}
-    simulation = Simulation(scenario, feed)
+    simulation = Simulation(scenario)
+    feed.tape.zero(0)
     found = []
     for tick in range(16, 1000 * seconds, 16):
         if targets is not None:
@@ -52,7 +53,7 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
             following = ramped(scenario, wanted, over_s=PERIOD_S)
             simulation.change(following)
             scenario = following
-        simulation.step_to(tick)
+        simulation.step_to(tick, feed)
         feed.others = lags(scenario, live=False)
         feed.rows(tick * MS)
         if tick % 128 == 0:

@@ -151,6 +151,10 @@ def problems(*texts, users=1):
             "server.environment = 'moon': not installed; there are: cube, wall",
         ),
         (
+            "dof=3 server.coupling=unknown server.environment=mujoco server.scene=gone.xml",
+            "server.scene = 'gone.xml': there is no such file",
+        ),
+        (
             "controller=direct server.coupling=unknown server.environment=active_wall",
             r"needs controller = pmwvc \(direct supports only cube and wall\)",
         ),

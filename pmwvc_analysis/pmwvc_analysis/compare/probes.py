@@ -54,7 +54,7 @@ HELD_KG, HELD_N_S_M = 1e3, 1e3  # of an object that stays where forces balance
 START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
 UNKNOWN = "nothing is known"
-RESTLESS = "stiffness unknown (the device does not settle, or not at the same place)"
+RESTLESS = "stiffness unknown (no press in which the device settles, at the same place)"
 INCOHERENT = "mass and damping unknown (motion does not cohere, or half a second late)"
 
 
@@ -122,7 +122,8 @@ def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
 def pressed_stiffness(scenario: Scenario) -> float | None:
     """Return the stiffness of a steady press [N/m]; None where the device never rests in one."""
     tick_s, first, forces = scenario.tick_s, scenario.users[0], pressing(scenario, 0)
-    if scenario.environment.movable and not np.any(forces[1:]):
+    alone = scenario.environment.movable and not np.any(forces[1:])
+    if alone or scenario.environment.linear is None:  # a scene, of which nothing holds the bodies
         return None
     held = replace(scenario.server, object_mass=HELD_KG, object_damping=HELD_N_S_M)
     settle_s = HOLD_S + 4.0 * (mean_s(first.link_up) + mean_s(first.link_down))

@@ -85,5 +85,8 @@ def faults(traces: SessionTraces) -> Iterator[Event]:
             steps = count(int(fault["contained_steps"]), "step")
             text = f"a damper replaced the {what} in {steps}: {fault['last_fault']}"
             yield event(None, "server", "environment", text)
+    if traces.live and traces.server is not None and (late := traces.server.replaced)[1]:
+        text = f"a damper replaced environment or coupling in {count(late[1], 'step')}"
+        yield event(late[0], "server", "environment", f"{text}: the reason is in its log")
     for link, text in traces.metadata.get(LINKS, {}).items():
         yield event(None, f"link {link}", "link", text)

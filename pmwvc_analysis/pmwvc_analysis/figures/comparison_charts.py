@@ -116,12 +116,10 @@ def overlay(first: Compared, second: Compared) -> Chart:
             ]
             panels.append(Panel(y_label, lines, title=user.name, tint=tint))
     return Chart(
-        "overlay",
-        "Two sessions overlaid",
+        "overlay", "Two sessions overlaid",
         "Each user's force and position: the first session solid, the second dashed.",
-        panels,
-        f"{first.label} and {second.label}",
-    )
+        panels, f"{first.label} and {second.label}",
+    )  # fmt: skip
 
 
 def measures(entries: Sequence[Compared]) -> Chart:

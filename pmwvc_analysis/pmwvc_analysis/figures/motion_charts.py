@@ -6,6 +6,7 @@ The server runs on for a moment after the masters have ended; its curves end whe
 """
 
 import itertools
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ AXES = ("x", "y", "z", "axis 4", "axis 5", "axis 6")
 TOGETHER = 2  # users in one panel; more have a panel each
 MOST_PANELS = 18
 NEAR_LIMIT = 0.7
+DIGITS = 6  # of mm and N: rounding of an axis that nothing uses is not drawn
 
 
 def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
@@ -28,33 +30,28 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         return None
     dof = server.x_o.shape[-1] if server is not None else traces.users[0].x_m.shape[-1]
     apart = len(names) > TOGETHER and dof * len(names) <= MOST_PANELS
-    panels = [
-        Panel(
-            "position [mm]" if dof == 1 else f"{AXES[axis]} [mm]",
-            lines=position_lines(traces, axis, group),
-            bands=recorded.bands(traces),
-            title=group[0] if apart else "",
-            tint=recorded.tint(traces, group[0]) if apart else "ink",
-            height=150.0 if dof > 1 or apart else 300.0,
-        )
-        for group in ([[name] for name in names] if apart else [names])
-        for axis in range(dof)
-    ]
+    height, panels = 150.0 if dof > 1 or apart else 300.0, []
+    for group, axis in itertools.product([[n] for n in names] if apart else [names], range(dof)):
+        label = "position [mm]" if dof == 1 else f"{AXES[axis]} [mm]"
+        look: Any = {"title": group[0], "tint": recorded.tint(traces, group[0])} if apart else {}
+        lines, bands = position_lines(traces, axis, group), recorded.bands(traces)
+        panels.append(Panel(label, lines, bands=bands, height=height, **look))
     return Chart(
-        "positions",
-        "Positions",
+        "positions", "Positions",
         "Each user's device and its avatar at the server, the object and its target. "
-        "A device ahead of its avatar shows the compliance of the link.",
-        panels,
-    )
+        "A device ahead of its avatar shows the compliance of the link.", panels,
+    )  # fmt: skip
 
 
 def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Curve]:
     """Return target, object and, for the users of a group, device and avatar along an axis."""
     server, lines, avatars = traces.server, [], []
     if server is not None:
+        name, others = recorded.bodies(server)
         lines.append(_of_server(traces, "target", server.target[:, axis] * 1e3, "target", (), 4.0))
-        lines.append(_of_server(traces, "object", server.x_o[:, axis] * 1e3, "object", (), 2.8))
+        lines.append(_of_server(traces, name, server.x_o[:, axis] * 1e3, "object", (), 2.8))
+        for (body, x), dash in zip(others.items(), itertools.cycle(DASHES[1:])):
+            lines.append(_of_server(traces, body, x[:, axis] * 1e3, "object", dash, 2.4))
     users = {user.name: user for user in traces.users}
     for order, name in enumerate(group):
         tint = recorded.tint(traces, name)
@@ -62,7 +59,7 @@ def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[C
             dash = DASHES[(0, 6)[order]] if len(group) <= TOGETHER else DASHES[order % len(DASHES)]
             look = tint, dash, 1.8 - 0.1 * order, user.tick_s
             x_m = user.x_m[:, axis]
-            lines.append(Curve(f"{name} device", user.time_s, x_m * 1e3, *look))
+            lines.append(Curve(f"{name} device", user.time_s, (x_m * 1e3).round(DIGITS), *look))
         if server is not None and name in server.users:
             index, dash = server.users.index(name), (3.0 + 0.5 * order, 3.0 + order)
             x_m = np.where(server.state[index] > 0, server.x_s[index][:, axis], np.nan)
@@ -77,7 +74,8 @@ def _of_server(
     server = traces.server
     assert server is not None
     rows = server.time_s < traces.duration_s
-    return Curve(label, server.time_s[rows], values[rows], tint, dash, width, server.period_s)
+    shown = values[rows].round(DIGITS)
+    return Curve(label, server.time_s[rows], shown, tint, dash, width, server.period_s)
 
 
 def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
@@ -92,30 +90,23 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         lines, limit = force_lines(traces, user, axis), float(limits.get(user.name, np.inf))
         seen = np.concatenate([line.y for line in lines])
         near = (-limit, -np.nanmin(seen, initial=0.0)), (limit, np.nanmax(seen, initial=0.0))
-        panels.append(
-            Panel(
-                "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]",
-                lines=lines,
-                bands=recorded.bands(traces),
-                levels=[Level("force limit", edge) for edge, n in near if n > NEAR_LIMIT * limit],
-                title=user.name if axis == 0 else "",
-                tint=recorded.tint(traces, user.name),
-                height=170.0 if axis == 0 else 110.0,
-            )
-        )
+        levels = [Level("force limit", edge) for edge, n in near if n > NEAR_LIMIT * limit]
+        label = "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]"
+        title, height = (user.name, 170.0) if axis == 0 else ("", 110.0)
+        look: Any = {"title": title, "tint": recorded.tint(traces, user.name), "height": height}
+        panels.append(Panel(label, lines, bands=recorded.bands(traces), levels=levels, **look))
     return Chart(
-        "forces",
-        "Forces",
+        "forces", "Forces",
         "Force of the hand on the device, force that the device renders, and contact force on the "
-        "avatar. In a steady grip all three are equal.",
-        panels,
-    )
+        "avatar. In a steady grip all three are equal.", panels,
+    )  # fmt: skip
 
 
 def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Curve]:
     """Return the forces at hand, device and avatar of a user along an axis."""
     lines, server = [], traces.server
-    f_h, f_m, tint = user.f_h[:, axis], user.f_applied[:, axis], recorded.tint(traces, user.name)
+    f_h, f_m = (f[:, axis].round(DIGITS) for f in (user.f_h, user.f_applied))
+    tint = recorded.tint(traces, user.name)
     if np.isfinite(f_h).any():
         lines.append(Curve("hand on device", user.time_s, f_h, "hand", (), 4.0, user.tick_s))
     lines.append(Curve("rendered by the device", user.time_s, f_m, tint, (), 1.8, user.tick_s))

@@ -5,14 +5,19 @@
 from collections.abc import Container
 from typing import Any
 
+import numpy as np
+
 from pmwvc_analysis.charts.chart import Band, Span
 from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.traces import holes
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.network.effects import active
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import ServerTraces, SessionTraces
 from pmwvc_core.words import count
+
+MOVED_M = 1e-3  # a body that moved less stood still
 
 
 def names(traces: SessionTraces) -> list[str]:
@@ -25,6 +30,19 @@ def tint(traces: SessionTraces, name: str) -> str:
     """Return the colour of a user; that of the object for anything else."""
     known = names(traces)
     return user_tint(known.index(name)) if name in known else "object"
+
+
+def bodies(server: ServerTraces) -> tuple[str, dict[str, Array]]:
+    """Return the name of the object, and where the other bodies of a scene are that moved and that
+    nobody holds, from the devices' origin ``(step, 3)`` [m].
+    """
+    if not server.scene or not server.poses:
+        return "object", {}
+    shapes, origin = server.scene.get("shapes", ()), server.scene.get("origin", (0.0, 0.0, 0.0))
+    held = [shape["body"] for shape in shapes if shape.get("user", -1) >= 0]
+    free = [(name, rows[:, :3]) for name, rows in server.poses.items() if name not in held]
+    found = {name: x - origin for name, x in free if np.ptp(x, 0).max() > MOVED_M}
+    return free[0][0] if free else "object", {n: found[n] for n, _ in free[1:] if n in found}
 
 
 def span(traces: SessionTraces) -> Span:
@@ -94,9 +112,12 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
         for effect in active(link)
         if effect.spreads
     )
-    parts += [
+    contact = [
         ("contact_stiffness", f"K = {user.contact.contact_stiffness:g} N/m"),
         ("contact_damping", f"B = {user.contact.contact_damping:g} N s/m"),
+    ]
+    parts += [
+        *(contact if scenario.environment.contact_law else []),
         ("delay_s", ", ".join([f"delay {', '.join(dict.fromkeys(delays))} ms", *jitters])),
         ("seed", f"seed {scenario.seed}"),
     ]

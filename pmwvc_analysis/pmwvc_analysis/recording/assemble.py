@@ -26,6 +26,7 @@ from pmwvc_core.traces import (
     ServerTraces,
     TakenTraces,
     UserTraces,
+    contact_rows,
 )
 
 TRACES = dict(zip(PER_AXIS, SIGNALS, strict=True))  # signal of the traces by field
@@ -76,19 +77,16 @@ def user_traces(
         state=column(blocks, "state", np.int64),
         reason=[str(block.reason) for block in blocks],
         energy={n: continued(column(blocks, f"energy_{n}"), restarts) for n in ENERGIES},
-        accounts=_accounts(blocks),
-        block_number=column(blocks, "seq", np.int64),
-        missed=_total(blocks, "missed"),
-        safety_events=_total(blocks, "safety_events"),
+        accounts=_accounts(blocks), block_number=column(blocks, "seq", np.int64),
+        missed=_total(blocks, "missed"), safety_events=_total(blocks, "safety_events"),
         epoch=column(blocks, "epoch", np.uint64),
-        changes=_joined(blocks, "changes"),
-        looked_ns=_joined(blocks, "looked"),
+        changes=_joined(blocks, "changes"), looked_ns=_joined(blocks, "looked"),
         grid=round(int(blocks[0].start_ns) / (period * 1e9)) - int(blocks[0].first_tick),
         **{
             trace: _joined(blocks, field, float).reshape(-1, dof)
             for field, trace in TRACES.items()
         },
-    )
+    )  # fmt: skip
     rows = np.repeat(first, [len(block.taken_seq) for block in blocks])
     rows += _joined(blocks, "taken_tick")
     return traces, TakenTraces(rows, _joined(blocks, "taken_seq"), _joined(blocks, "taken_epoch"))
@@ -143,21 +141,17 @@ def server_traces(
     signals: dict[str, Any] = {name: each(name) for name in OF_AVATARS}
     signals |= {name: column(steps, name) for name in (*OF_OBJECT, "kinetic", "potential")}
     traces = ServerTraces(
-        users=names,
-        periods_s=column(steps, "period"),
-        time_s=clocks.seconds(starts[order], zero_ns),
-        step=column(steps, "step", np.int64),
+        users=names, periods_s=column(steps, "period"),
+        time_s=clocks.seconds(starts[order], zero_ns), step=column(steps, "step", np.int64),
         contact=[array > 0.0 for array in each("contact", 0.0)],
         state=[array.astype(np.int64) for array in each("state", 0.0)],
-        energy_u_s=sums("energy_u_s"),
-        energy_v_s=sums("energy_v_s"),
-        dissipated=continued(column(steps, "dissipated"), restarts),
-        accounts=_accounts(steps),
+        energy_u_s=sums("energy_u_s"), energy_v_s=sums("energy_v_s"),
+        dissipated=continued(column(steps, "dissipated"), restarts), accounts=_accounts(steps),
         poses=_poses(steps),
-        changes=_joined(steps, "changes"),
-        looked_ns=_joined(steps, "looked"),
-        **signals,
-    )
+        contacts=contact_rows([getattr(step, "contacts", ()) for step in steps]),
+        contained=np.array([getattr(step, "contained", 0) for step in steps], dtype=np.int64),
+        changes=_joined(steps, "changes"), looked_ns=_joined(steps, "looked"), **signals,
+    )  # fmt: skip
     return traces, column(steps, "lateness"), _taken_by_server(steps, names)
 
 
@@ -185,14 +179,10 @@ def packet_traces(topic: str, rows: Sequence[Decoded], *, zero_ns: int) -> Packe
     kept = [row.message for row in rows]
     positions = [each.position if len(each.position) == dof else [np.nan] * dof for each in kept]
     return PacketTraces(
-        topic=topic,
-        time_s=clocks.seconds(column(rows, "log_ns", np.int64), zero_ns),
-        epoch=column(kept, "epoch", np.uint64),
-        seq=column(kept, "seq", np.int64),
-        sent_ns=column(kept, "sent_ns", np.int64),
-        period_s=column(kept, "period"),
-        wave=column(kept, "wave").reshape(-1, dof),
+        topic=topic, time_s=clocks.seconds(column(rows, "log_ns", np.int64), zero_ns),
+        epoch=column(kept, "epoch", np.uint64), seq=column(kept, "seq", np.int64),
+        sent_ns=column(kept, "sent_ns", np.int64), period_s=column(kept, "period"),
+        wave=column(kept, "wave").reshape(-1, dof), energy=column(kept, "energy"),
         integral=column(kept, "integral").reshape(-1, dof),
-        energy=column(kept, "energy"),
         position=np.array(positions, dtype=float).reshape(-1, dof),
-    )
+    )  # fmt: skip

@@ -13,6 +13,7 @@ its reception): the recorder may have to wait for the processor longer than the 
 
 import contextlib
 import itertools
+import json
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -27,6 +28,7 @@ from pmwvc_analysis.recording.own import Decoded, Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.sequence import Gap, gaps, numbered
+from pmwvc_analysis.recording.topics import SCENE
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.packet import intact
@@ -49,6 +51,7 @@ class Content:
     events: list[dict[str, Any]] = field(default_factory=list)
     parameters: list[ParameterChange] = field(default_factory=list)  # of any node
     hands: list[RawMessage] = field(default_factory=list)  # targets, and whether they count
+    scene: dict[str, Any] = field(default_factory=dict)  # the first description of one
 
     def of_type(self, type_name: str) -> Topics:
         """Return the topics of one type that have messages, sorted by name."""
@@ -132,6 +135,10 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
             content.parameters.append(change)
         if is_of_hand(raw):
             content.hands.append(raw)
+        if raw.topic == SCENE and not content.scene:
+            with contextlib.suppress(Exception):  # no such text: rosbags raises many kinds
+                text = schemas.typestore().deserialize_cdr(raw.data, schemas.TEXT).data
+                content.scene = dict(json.loads(text))
         return None
     content.messages[raw.topic] += 0
     if raw.type_name == schemas.WAVE and not intact(raw.data):

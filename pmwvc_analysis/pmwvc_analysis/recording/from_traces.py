@@ -7,6 +7,7 @@ is zero.
 """
 
 import itertools
+import json
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -19,7 +20,7 @@ import yaml
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.assemble import TRACES
 from pmwvc_analysis.recording.links import Outgoing, fate_blocks
-from pmwvc_analysis.recording.topics import about, session_topics
+from pmwvc_analysis.recording.topics import SCENE, about, session_topics
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import SERVER_EPOCH
@@ -42,13 +43,9 @@ OF_STEP = (*OF_OBJECT, "kinetic", "potential", "dissipated")
 
 
 def record_traces(
-    folder: str | Path,
-    traces: SessionTraces,
-    scenario: Scenario,
-    *,
-    start_ns: int | None = None,
+    folder: str | Path, traces: SessionTraces, scenario: Scenario, *, start_ns: int | None = None,
     metadata: Mapping[str, Mapping[str, str]] | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Write traces as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``.
 
     ``start_ns`` is the ROS time of the start of the session, now when not given [ns];
@@ -81,6 +78,8 @@ def _all(
         yield from _master_blocks(types, user, traces, start)
     if traces.server is not None:
         yield from _server_steps(types, traces.server, traces, start)
+        if traces.server.scene:
+            yield 0, SCENE, types.String(data=json.dumps(traces.server.scene))
     for packets in traces.packets.values():
         yield from _packets(types, packets, scenario, start)
     end_ns = _ns(traces.duration_s)
@@ -121,25 +120,16 @@ def _master_blocks(
     for block, (first, after) in enumerate(itertools.pairwise(edges)):
         at_ns, last = _ns(user.time_s[first]), block == len(edges) - 2
         message = build.master_trace(
-            types,
-            {name: array[first:after].ravel() for name, array in signals.items()},
-            taken=_taken(received, first, after),
-            changes=int(user.changes[block]) if len(user.changes) else 0,
-            stamp_ns=start + at_ns,
-            start_ns=at_ns,
-            epoch=epoch,
-            seq=block + 1,
-            first_tick=int(user.tick[first]),
-            period=user.tick_s,
-            dof=user.x_m.shape[-1],
-            state=int(user.state[block]),
-            reason=user.reason[block],
-            missed=user.missed if last else 0,
+            types, {name: array[first:after].ravel() for name, array in signals.items()},
+            taken=_taken(received, first, after), stamp_ns=start + at_ns, start_ns=at_ns,
+            changes=int(user.changes[block]) if len(user.changes) else 0, epoch=epoch,
+            seq=block + 1, first_tick=int(user.tick[first]), period=user.tick_s,
+            dof=user.x_m.shape[-1], state=int(user.state[block]), reason=user.reason[block],
+            missed=user.missed if last else 0, hand_force_known=known,
             safety_events=int(user.safety_events) if last else 0,
-            hand_force_known=known,
             energy={name: sums[block] for name, sums in user.energy.items()},
             accounts={name: sums[block] for name, sums in user.accounts.items()},
-        )
+        )  # fmt: skip
         yield _ns(user.block_time_s[block]), f"/{user.name}/trace", message
 
 
@@ -153,15 +143,11 @@ def _server_steps(
             name: [a[row] for a in getattr(server, name)] for name in OF_USERS
         }
         fields |= {name: getattr(server, name)[row] for name in OF_STEP}
+        inside = slice(*np.searchsorted(server.contacts[:, 0], [row, row + 1]))
         message = build.server_trace(
-            types,
-            stamp_ns=start + _ns(time_s),
-            start_ns=_ns(time_s),
-            epoch=SERVER_EPOCH,
-            step=int(server.step[row]),
-            period=float(server.periods_s[row]),
-            dof=server.x_o.shape[-1],
-            users=server.users,
+            types, stamp_ns=start + _ns(time_s), start_ns=_ns(time_s), epoch=SERVER_EPOCH,
+            step=int(server.step[row]), period=float(server.periods_s[row]),
+            dof=server.x_o.shape[-1], users=server.users,
             taken=[
                 (user, *packet[1:])
                 for user, each in enumerate(received)
@@ -169,11 +155,12 @@ def _server_steps(
             ],
             looked=int(server.nearest_look_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,
+            contained=int(server.contained[row]) if len(server.contained) else 0,
             accounts={name: sums[row] for name, sums in server.accounts.items()},
             poses={name: rows[row] for name, rows in server.poses.items()},
-            lateness=float(late_s[row]),
-            **fields,
-        )
+            contacts=server.contacts[inside, 1:].ravel().tolist(),
+            lateness=float(late_s[row]), **fields,
+        )  # fmt: skip
         yield _ns(time_s), "/server/trace", message
 
 

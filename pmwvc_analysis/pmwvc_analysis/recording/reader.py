@@ -70,6 +70,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     if steps:
         server, late_s, taken = assemble.server_traces(steps, server_ns, zero_ns=zero_ns)
         traces.server, traces.metadata["server_lateness_s"] = server, late_s
+        server.scene = content.scene
         traces.taken = {f"{name}/up": packets for name, packets in taken.items()}
         ends = [] if masters else [float(server.time_s[-1]) + server.period_s]
     for name, blocks in masters.items():

@@ -27,6 +27,7 @@ RECEPTION = "pmwvc_msgs/msg/Reception"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 POINT = "geometry_msgs/msg/PointStamped"
 FLAG = "std_msgs/msg/Bool"
+TEXT = "std_msgs/msg/String"
 MARKERS = "visualization_msgs/msg/MarkerArray"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, PACKET_FATE, RECEPTION)

@@ -21,6 +21,7 @@ from pmwvc_core.runtime.messages import KEPT, record_of
 from pmwvc_core.scenario.scenario import Scenario
 
 PACKAGES = ("pmwvc", "pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
+SCENE = "/server/scene"  # description of the environment, where it has one
 ENDLESS = {"sec": 9223372036, "nsec": 854775807}
 
 
@@ -32,6 +33,7 @@ class Topic(NamedTuple):
     reliable: bool = True
     depth: int = KEPT
     essential: bool = True
+    latched: bool = False  # published once, kept for those who come later
 
     @property
     def source(self) -> str:
@@ -45,7 +47,7 @@ class Topic(NamedTuple):
             "history": "keep_last",
             "depth": self.depth,
             "reliability": "reliable" if self.reliable else "best_effort",
-            "durability": "volatile",
+            "durability": "transient_local" if self.latched else "volatile",
             "deadline": ENDLESS,
             "lifespan": ENDLESS,
             "liveliness": "automatic",
@@ -72,6 +74,7 @@ def session_topics(
         found.append(Topic(f"/{user}/trace", schemas.MASTER_TRACE))
     if links:
         found.append(Topic("/netem/fates", schemas.PACKET_FATE))
+    found.append(Topic(SCENE, schemas.TEXT, depth=1, essential=False, latched=True))
     for node in ("server", *users):
         found.append(Topic(f"/{node}/reception", schemas.RECEPTION, essential=False))
     found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, depth=1000, essential=False))

@@ -20,6 +20,7 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenes.description import as_described
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces, UserTraces
 
@@ -128,19 +129,18 @@ def scenario_of(folder: Path) -> Scenario:
 
 
 def replay(
-    traces: SessionTraces,
-    recorded: Scenario,
-    replayed: Scenario,
-    *,
-    hand: Hand | None = None,
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario, *, hand: Hand | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Replay:
+) -> Replay:  # fmt: skip
     """Replay a recorded session with another scenario; ``progress`` gets the ratio done, 0..1.
     RecordingError where that cannot be. The kinds of hands: :mod:`pmwvc_analysis.replay.recorded`.
+    A scene is that of the recording, whatever became of its files.
     """
     prescribed = prescription(traces, recorded, replayed, hand=hand)
     kept: dict[str, Any] = {"keep": lambda result, _: result, "progress": progress}
-    (result,) = simulate([prescribed.scenario], conditions=prescribed.conditions, **kept)
+    same = replayed.server.scene == recorded.server.scene
+    with as_described(prescribed.scenario, traces.server if same else None) as scenario:
+        (result,) = simulate([scenario], conditions=prescribed.conditions, **kept)
     result.source = "replayed"
     before = recorded.flat()
     changes = {n: value for n, value in replayed.flat().items() if before.get(n) != value}
@@ -153,6 +153,8 @@ def replay(
 def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) -> list[Inexact]:
     """Return, by time, why an unchanged replay with these kinds of hands cannot be exact."""
     found = [*_unrecorded(traces), *_restarts(traces), *_unnamed_changes(traces)]
+    if traces.live and traces.server is not None and (late := traces.server.replaced)[1]:
+        found.append(Inexact(late[0], f"a damper in place of the environment: {late[1]}x"))
     for user in recorded.users:
         if traces.live and not user.device.is_simulated:
             why = "the device was a real one; here its model moves"

@@ -60,11 +60,7 @@ def render(
 def row(entry: Compared) -> dict[str, Any]:
     """Return one session of ``comparison.json``."""
     return {
-        "label": entry.label,
-        "source": entry.traces.source,
-        "folder": entry.folder,
-        "settings": entry.settings,
-        "parameters": parameters_of(entry.scenario),
-        "tuning": entry.tuning,
-        **entry.measures,
-    }
+        "label": entry.label, "source": entry.traces.source, "folder": entry.folder,
+        "settings": entry.settings, "parameters": parameters_of(entry.scenario),
+        "tuning": entry.tuning, **entry.measures,
+    }  # fmt: skip

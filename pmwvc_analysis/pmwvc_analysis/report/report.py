@@ -63,9 +63,9 @@ def render(
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
         predicted=predicted,
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],
-        chart_data=chart_data, complete=complete,
-        parameters=scenario.flat() if scenario else {},
+        chart_data=chart_data, complete=complete, parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
+        scene_options=traces.server.scene.get("options", {}) if traces.server else {},
     )  # fmt: skip
 
 

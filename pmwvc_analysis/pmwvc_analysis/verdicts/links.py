@@ -17,12 +17,9 @@ from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
 from pmwvc_core.words import count
 
 COUNTED = (
-    ("lost", "lost"),
-    ("dropped", "dropped by a full queue"),
-    ("duplicated", "delivered twice"),
-    ("reordered", "overtaken by a later one"),
-    ("corrupted", "delivered with a bit flipped"),
-)
+    ("lost", "lost"), ("dropped", "dropped by a full queue"), ("duplicated", "delivered twice"),
+    ("reordered", "overtaken by a later one"), ("corrupted", "delivered with a bit flipped"),
+)  # fmt: skip
 CAME = {
     "duplicate": "came again",
     "reordered": "came behind a newer one",
@@ -59,17 +56,15 @@ def _from_fates(fates: FateTraces) -> dict[str, Any]:
     out = came_out(fates)
     span_s = float(np.ptp(fates.time_out_ns[out])) * 1e-9 if out.any() else 0.0
     return {
-        "name": fates.link,
-        "sent": int((fates.fate != FateKind.DUPLICATE).sum()),
-        "received": int(out.sum()),
-        "lost": int((fates.fate == FateKind.LOST).sum()),
+        "name": fates.link, "sent": int((fates.fate != FateKind.DUPLICATE).sum()),
+        "received": int(out.sum()), "lost": int((fates.fate == FateKind.LOST).sum()),
         "duplicated": int((fates.fate == FateKind.DUPLICATE).sum()),
         "reordered": int(reordered(fates).sum()),
         "corrupted": int((fates.cause == Cause.CORRUPTION).sum()),
         "dropped": int(np.isin(fates.fate, DROPPED).sum()),
         "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
         "rate_hz": number((out.sum() - 1) / span_s) if span_s > 0.0 else None,
-    }
+    }  # fmt: skip
 
 
 def reception_summaries(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, Any]]:

@@ -154,7 +154,8 @@ def check(scenario: Scenario) -> None:
 
 def _needs(scenario: Scenario) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield calls, each with the user whose it is, that fail where something cannot be had."""
-    from pmwvc_core.made.user import made_user  # no help waits for the laws
+    from pmwvc_core.made.server import setup_of  # no help waits for the laws
+    from pmwvc_core.made.user import made_user
 
     for user in scenario.users:
         who, place = f"{user.name}: ", place_of(user, scenario)
@@ -167,7 +168,8 @@ def _needs(scenario: Scenario) -> Iterator[tuple[str, Callable[[], object]]]:
         yield who, partial(made_user, user, scenario)
         for link in (user.link_up, user.link_down):
             yield who, partial(effects.check, link)
-    yield "", partial(environments.require, scenario.server.environment)
+    setup = partial(setup_of, scenario.users, scenario)
+    yield "", partial(environments.require, scenario.server.environment, setup)
 
 
 def require_ros() -> None:

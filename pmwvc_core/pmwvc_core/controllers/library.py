@@ -108,12 +108,9 @@ PSPM = Controller(
 )
 
 RECORDS: Records[Controller] = Records(
-    Controller,
-    (PMWVC, DIRECT, VIRTUAL_COUPLING, TDPA, PSPM),
-    group="pmwvc.controllers",
-    parameter="controller",
-    what="a controller",
-)
+    Controller, (PMWVC, DIRECT, VIRTUAL_COUPLING, TDPA, PSPM), group="pmwvc.controllers",
+    parameter="controller", what="a controller",
+)  # fmt: skip
 STRICT, PLAIN, ZEROING = CHANNELS = ("strict", "plain", "zeroing")
 LIBRARY, names, record_of = RECORDS.library, RECORDS.names, RECORDS.of
 

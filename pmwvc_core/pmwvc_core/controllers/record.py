@@ -50,12 +50,10 @@ def loop_of(user: Any, server: ServerParams) -> Loop:
     return Loop(
         mass=user.device.mass,
         damping=user.device.damping + (hand.grip_damping if hand.is_hand else 0.0),
-        tick_s=master.tick_s,
-        round_trip_s=links_s + master.frame_s + period_s,
-        contact_stiffness=contact.contact_stiffness,
-        contact_damping=contact.contact_damping,
+        tick_s=master.tick_s, round_trip_s=links_s + master.frame_s + period_s,
+        contact_stiffness=contact.contact_stiffness, contact_damping=contact.contact_damping,
         period_s=period_s,
-    )
+    )  # fmt: skip
 
 
 def check_virtual_coupling(params: VirtualCouplingParams, loop: Loop) -> Margins:

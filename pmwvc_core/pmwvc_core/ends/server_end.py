@@ -25,7 +25,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
-from pmwvc_core.server.black_box import Call, Outside, directly, poses_of
+from pmwvc_core.server.black_box import Call, Outside, directly, shown_by
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -236,10 +236,8 @@ class ServerEnd(PortEnd):
             a, shown = port.avatar, port_shown(p, e, user)
             motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
             of_users.append((*motion, port.u_j, port.v_j, shown.touches))
-        columns = zip(*of_users, strict=True)
-        signals: dict[str, Any] = dict(zip(ServerRow._fields[-11:-3], columns, strict=True))
-        accounts = dict(zip(self._accounts, energies, strict=False))
         of_object = value(e.body.x), value(e.body.xd), self.target_m
-        sums, state = (kinetic, potential, e.dissipated_j), tuple(self.presence)
-        signals |= {"state": state, "accounts": accounts, "poses": poses_of(e.body)}
-        return ServerRow(*of_object, *sums, **signals)
+        sums, columns = (kinetic, potential, e.dissipated_j), zip(*of_users, strict=True)
+        accounts = dict(zip(self._accounts, energies, strict=False))
+        about = tuple(self.presence), accounts, *shown_by(e.body), self.faults.steps
+        return ServerRow._make((*of_object, *sums, *columns, *about))

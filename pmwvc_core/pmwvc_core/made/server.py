@@ -151,6 +151,14 @@ def changed_server(s: SharedScene, p: ServerStepParams, q: ServerStepParams) -> 
     return s._replace(body=changed_body(s.body, p.environment.body, q.environment.body))
 
 
+def setup_of(users: Sequence["scenarios.User"], session: Any) -> EnvironmentSetup:
+    """Return what an environment that is an object is made for."""
+    server, axes = session.server, session.dof
+    own = getattr(session.own, server.environment, None)
+    sides, contacts = zip(*((user.side, user.contact) for user in users), strict=True)
+    return EnvironmentSetup(axes, server.period_s, sides, server, contacts, own)
+
+
 def _resting_box(
     users: Sequence["scenarios.User"], session: Any, contacts: Sequence[Contact], call: Call
 ) -> BoxState:
@@ -162,11 +170,8 @@ def _resting_box(
         state, _ = record.made(server, contacts, axes)
     else:
         assert record.outside is not None
-        sides, of_users = tuple(user.side for user in users), tuple(user.contact for user in users)
-        values = getattr(session.own, name, None)
-        setup = EnvironmentSetup(axes, server.period_s, sides, server, of_users, values)
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        environment = record.outside(setup)
+        environment = record.outside(setup_of(users, session))
         if hasattr(environment, "meet"):
             _require_meeting(server, users)
         state = Outside(environment, deque(), call, faults, absent)

@@ -22,11 +22,9 @@ from pmwvc_core.plugins import installed
 
 NO_DEFAULT: Any = dataclasses.MISSING  # in place of a default: a value has to be given
 _BOUNDS = {
-    ">=": ("low", operator.ge),
-    ">": ("above", operator.gt),
-    "<=": ("high", operator.le),
+    ">=": ("low", operator.ge), ">": ("above", operator.gt), "<=": ("high", operator.le),
     "<": ("below", operator.lt),
-}
+}  # fmt: skip
 _WORDS = {"null": None, "true": True, "false": False}
 _KINDS = {float: "a number", int: "a whole number", str: "a string"}
 

@@ -33,18 +33,16 @@ class LinkParams(Validated):
     )
     jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none")
     jitter_shape: float = parameter(
-        0.0,
-        "0..100",
+        0.0, "0..100",
         "shape of gamma (0: 2), sigma of lognormal (0: 0.5), tail > 2 of pareto (0: 3)",
-    )
+    )  # fmt: skip
     jitter_correlation: float = _correlation("the jitter")
     jitter_quantiles: str = parameter("", "-", "probability:seconds: 0:0.001 0.5:0.002 1:0.02")
     trace_file: str = parameter("", "-", "trace, table: file of times and delays, or IRTT JSON")
     trace_scale: float = parameter(
-        1.0,
-        "> 0 and <= 3600 s per unit of the file",
+        1.0, "> 0 and <= 3600 s per unit of the file",
         "trace, table: factor to seconds (half a round trip in ms: 0.0005; of IRTT 0.5)",
-    )
+    )  # fmt: skip
     trace_column: str = parameter(
         "", "-", "trace, table: column (empty: delay, rtt, latency); of IRTT: rtt, send, receive"
     )

@@ -18,10 +18,9 @@ class VelocityFilterParams(Validated):
     """
 
     kind: str = fixed(
-        "none",
-        ("none", "equivalent", "exact", "complementary"),
+        "none", ("none", "equivalent", "exact", "complementary"),
         "which form; complementary: with low-pass filters both ways, passive by itself",
-    )
+    )  # fmt: skip
     order: int = fixed(2, "1..8", "order of the high-pass filter")
     share: float = fixed(0.5, "> 0 and <= 1", "share of the high-pass wave fed back (App. D)")
     alpha: float | None = fixed(None, "> 0 and < 1", "order 1: pole of (z - 1)/(z - alpha)")
@@ -52,10 +51,9 @@ class LocalModelParams(Validated):
     stiffness: float = parameter(500.0, "0..1e6 N/m", "stiffness")
     damping: float = parameter(1.0, "0..10000 N s/m", "damping")
     acts: str = parameter(
-        "everywhere",
-        ("everywhere", "above", "below"),
+        "everywhere", ("everywhere", "above", "below"),
         "everywhere, or while the device is above or below begins_m along axis 0",
-    )
+    )  # fmt: skip
     begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
 
 
@@ -92,12 +90,9 @@ class BankParams(Validated):
     def conflicts(self) -> list[str]:
         """Check that the edges are in order."""
         return disordered(
-            self,
-            ("high_stop_hz", "high_pass_hz"),
-            ("low_pass_hz", "low_stop_hz"),
-            ("high_pass_db", "high_stop_db"),
-            ("low_pass_db", "low_stop_db"),
-        )
+            self, ("high_stop_hz", "high_pass_hz"), ("low_pass_hz", "low_stop_hz"),
+            ("high_pass_db", "high_stop_db"), ("low_pass_db", "low_stop_db"),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -56,10 +56,9 @@ class DeadbandParams(Validated):
     """Packets left out where nothing changed that could be felt (strict channel only)."""
 
     kind: str = parameter(
-        "none",
-        ("none", "weber"),
+        "none", ("none", "weber"),
         "weber: none while the wave is within ratio; needs channel = strict",
-    )
+    )  # fmt: skip
     ratio: float = parameter(0.1, "> 0 and <= 1", "difference not felt, of the wave sent last")
     longest_s: float = parameter(
         0.024, "> 0 and <= 1 s", "longest time that a packet stands for, below safety.timeout_s"

@@ -37,6 +37,15 @@ class ActiveWallParams(Validated):
 
 
 @dataclass(frozen=True)
+class BodyParams(Validated):
+    """A box that turns and slips, on a table, held between pads."""
+
+    friction: float = fixed(0.6, "0..5", "mu of pads and table, Coulomb")
+    pad_m: float = fixed(0.01, "> 0 m", "radius of a pad, which touches at three points")
+    gravity: float = fixed(9.81, "0..100 m/s^2", "acceleration by its weight")
+
+
+@dataclass(frozen=True)
 class ServerParams(Validated):
     """The virtual environment and its time step (theory: section 4)."""
 
@@ -55,7 +64,7 @@ class ServerParams(Validated):
         "cube",
         "-",
         "cube: the shared object; wall: does not move; with coupling = unknown also "
-        "wall_with_slope, hunt_crossley, active_wall, mujoco, or a plug-in by its name",
+        "wall_with_slope, hunt_crossley, active_wall, body, mujoco, or a plug-in by its name",
     )
     period_s: float = parameter(
         0.008, "0.001..1 s", "time step, T_VE; changes while running on the strict channel only"
@@ -88,6 +97,10 @@ class ServerParams(Validated):
     settle: bool = fixed(False, "-", "let a scene fall for 2 s first, where bodies overlap")
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
+    body: BodyParams = group(BodyParams)
+    lever_m: float = fixed(
+        0.05, "> 0 m", "dof = 6, body and mujoco: axes 4 to 6 are a turn in rad times this"
+    )
 
     # whether a port learns the slope of an environment that reports none
     learns = has("decoding", "secant")

@@ -26,10 +26,9 @@ class DeviceParams(Validated):
     friction: float = parameter(0.0, ">= 0 N", "Coulomb friction")
     encoder_step_m: float = parameter(0.0, ">= 0 m", "position resolution (0: exact)")
     velocity: str = parameter(
-        "exact",
-        ("exact", "euler"),
+        "exact", ("exact", "euler"),
         "velocity: the state's, or differences of the measured position",
-    )
+    )  # fmt: skip
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
 
     is_simulated = has("plugin", "simulated")  # the device of the library, whose state is known
@@ -46,10 +45,9 @@ class SafetyParams(Validated):
     damper_velocity: float = parameter(1.0, "> 0 and <= 10 m/s", "faster: only damping")
     fault_velocity: float = parameter(1.5, "> 0 and <= 20 m/s", "faster: no force any more")
     timeout_s: float = parameter(
-        0.03,
-        "> 0 and <= 10 s",
+        0.03, "> 0 and <= 10 s",
         "silence, three packets or more, after which only damping is rendered",
-    )
+    )  # fmt: skip
     release_s: float = parameter(
         5.0, "> 0 and <= 60 s", "silence after which brake and damping end, too"
     )
@@ -89,10 +87,9 @@ class RemoteHandParams(Validated):
     stiffness: float = parameter(300.0, "1..2000 N/m", "stiffness of the arm to its target")
     speed_m_s: float = parameter(0.5, "> 0 and <= 1 m/s", "fastest motion of the arm's target")
     reach_n: float = parameter(
-        6.0,
-        "> 0 and <= 20 N",
+        6.0, "> 0 and <= 20 N",
         "largest force of the arm's spring, which ends at reach_n / stiffness",
-    )
+    )  # fmt: skip
     brake: float = parameter(5.0, "0..20 N s/m", "damping of a handle that is not held")
 
 

@@ -36,7 +36,7 @@ class Task(NamedTuple):
 
 def task_of(params: TaskParams, axes: int) -> Task:
     """Return the task along so many axes."""
-    way_m = (params.distance_m, params.sideways_m, params.upwards_m)[:axes]
+    way_m = (params.distance_m, params.sideways_m, params.upwards_m, 0.0, 0.0, 0.0)[:axes]
     leg_s = params.move_rise_s + params.rest_s
     return Task(way_m, params.moves, params.move_s, params.move_rise_s, leg_s, params.closes,
                 params.grip_s, params.grip_rise_s)  # fmt: skip

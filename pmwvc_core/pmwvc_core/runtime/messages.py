@@ -28,8 +28,8 @@ OF_OBJECT = ("x_o", "xd_o", "target")  # of a step
 
 _UINT32 = 0xFFFFFFFF
 _OURS = ("Wave", "MasterTrace", "ServerTrace", "PacketFate", "Reception")
-_PACKAGES = {"Time": "builtin_interfaces", **dict.fromkeys(_OURS, "pmwvc_msgs")}
-
+_PACKAGES = dict.fromkeys(_OURS, "pmwvc_msgs")
+_PACKAGES |= {"Time": "builtin_interfaces", "String": "std_msgs"}
 
 # Message classes by name; ``sequence(values, kind)`` by typecode or numpy type.
 MessageTypes: TypeAlias = SimpleNamespace
@@ -114,7 +114,7 @@ def master_trace(
 def server_trace(
     types: MessageTypes, *, stamp_ns: int, dof: int, state: Sequence[int], contact: Sequence[bool],
     taken: Sequence[tuple[int, int, int]], accounts: Mapping[str, Value],
-    poses: Mapping[str, Sequence[float]], **fields: Any,
+    poses: Mapping[str, Sequence[float]], contacts: Sequence[float], **fields: Any,
 ) -> Any:  # fmt: skip
     """Return one step of the server as a ServerTrace, one entry a user in every sequence;
     ``taken`` has user, number and sender's epoch of each packet taken in; ``fields`` are all
@@ -129,17 +129,14 @@ def server_trace(
     made |= {name: _scalars(types, fields.pop(name)) for name in ("energy_u_s", "energy_v_s")}
     made |= {name: scalar(fields.pop(name)) for name in ("kinetic", "potential", "dissipated")}
     return types.ServerTrace(
-        stamp=time_message(types, stamp_ns),
-        dof=dof,
+        stamp=time_message(types, stamp_ns), dof=dof, bodies=list(poses),
         state=types.sequence([int(entry) for entry in state], "B"),
         contact=types.sequence([bool(touches) for touches in contact], "?"),
-        bodies=list(poses),
         poses=types.sequence([float(n) for pose in poses.values() for n in pose], "d"),
-        **made,
-        **_accounts(types, accounts),
-        **_taken(types, "user", taken),
+        contacts=types.sequence(list(contacts), "f"),
+        **made, **_accounts(types, accounts), **_taken(types, "user", taken),
         **{"lateness": 0.0, "compute": 0.0} | fields,
-    )
+    )  # fmt: skip
 
 
 def _taken(

@@ -83,6 +83,8 @@ def _server_trace(message: ServerTrace) -> Iterator[str]:
     wanted |= dict.fromkeys(OF_AVATARS, users * message.dof)
     wanted |= dict.fromkeys(("state", "contact", "energy_u_s", "energy_v_s"), users)
     wanted |= {"poses": 7 * len(message.bodies)} if hasattr(message, "bodies") else {}
+    if len(getattr(message, "contacts", ())) % 8:
+        yield f"contacts has {len(message.contacts)} values"
     yield from _trace(message, wanted, "user", users)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from pmwvc_core.ends.inbox import scalar, vector
 from pmwvc_core.numeric import Value
@@ -28,8 +28,7 @@ ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]
 MOST_AXES, MOST_EXTRA = 6, 12
 _LENGTH, _DOF_AT = struct.Struct("<I"), 44
-_FIXED = size_bytes(0)
-_PER_AXIS = size_bytes(1) - _FIXED
+_FIXED, _PER_AXIS = size_bytes(0), size_bytes(1) - size_bytes(0)
 
 
 @cache
@@ -76,6 +75,7 @@ def _value(values: list[float]) -> Value:
 
 WAVE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 RECORDED_QOS = QoSProfile(depth=KEPT, reliability=ReliabilityPolicy.RELIABLE)
+LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # deep enough that a flood does not push out the packets of a sender
 TAKEN_QOS = QoSProfile(depth=64, reliability=ReliabilityPolicy.BEST_EFFORT)
 DEADLINE_PERIODS = 3

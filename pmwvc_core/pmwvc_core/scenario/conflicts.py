@@ -54,10 +54,9 @@ if TYPE_CHECKING:
 def conflicts(scenario: "Scenario") -> list[str]:
     """Return every contradiction in words."""
     named = (
-        refusal(record_of, scenario.controller),
-        refusal(COUPLINGS.of, scenario.server.coupling),
+        refusal(record_of, scenario.controller), refusal(COUPLINGS.of, scenario.server.coupling),
         refusal(COMPENSATIONS.of, scenario.server.compensation),
-    )
+    )  # fmt: skip
     found = [text for text in named if text]
     strict, zeroing = (False, False) if found else (scenario.strict, scenario.zeroing)
     known = (*SHARED, *(user.name for user in scenario.users))

@@ -91,18 +91,14 @@ class Scenario:
     duration_s: float = parameter(NO_DEFAULT, "> 0 and <= 86400 s", "length", kind=float)
     seed: int = parameter(1, "0..2147483647", "seed of all random numbers")
     controller: str = parameter(
-        NO_DEFAULT,
-        tuple(library.RECORDS.library),
-        "controller between the users and the server",
-        kind=str,
-        group=library.RECORDS.plugins.group,
-    )
+        NO_DEFAULT, tuple(library.RECORDS.library), "controller between the users and the server",
+        kind=str, group=library.RECORDS.plugins.group,
+    )  # fmt: skip
     channel: str = parameter(
-        library.STRICT,
-        library.CHANNELS,
+        library.STRICT, library.CHANNELS,
         "what packets carry; strict: integral and energy of the wave; plain: samples, each held "
         "until the next comes (dissertation); zeroing: samples, each for one step, then zero",
-    )
+    )  # fmt: skip
     disturbances: str = parameter(
         "", "-", "live, TIME kill|start|stop|continue NODE; ...: 6 kill server; 7 start user1"
     )
@@ -202,6 +198,5 @@ def _declared(owner: type, *, of_user: bool) -> dict[str, Declaration]:
 
 # Every parameter by dotted name, without the user's: first what all share.
 PARAMETERS: Mapping[str, Declaration] = {
-    **_declared(Scenario, of_user=False),
-    **_declared(User, of_user=True),
-}
+    **_declared(Scenario, of_user=False), **_declared(User, of_user=True),
+}  # fmt: skip

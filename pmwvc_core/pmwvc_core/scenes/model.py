@@ -12,6 +12,7 @@ default: elliptic friction cones with impratio 100, as a finger creeps out of a 
 with what users hold are hard, whatever the other geom says; their friction is the other geom's.
 """
 
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +21,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params.names import hint
+from pmwvc_core.scenes.description import files_of
 from pmwvc_core.server.black_box import EnvironmentSetup
 
 FINGER_KG = 1e-3
@@ -28,8 +30,6 @@ IMPRATIO = 100.0
 SOLREF = (2.0 * SUB_STEP_S, 1.0)  # the fastest that the solver allows
 SOLIMP = (0.998, 0.9995, 0.001, 0.5, 2.0)  # 2 N sink 0.06 mm
 OVERRIDES = 1e6  # weight of a contact's parameters against those of the other geom
-OVERLAP_M = 1e-4
-SETTLE_S = 2.0
 LARGEST_RATIO = 1e4  # of two masses
 
 
@@ -49,6 +49,7 @@ class SceneModel(NamedTuple):
     model: Any
     held: tuple[Grasp, ...]
     shown: int  # the first body that moves; 0, the world, where none does
+    made_of: dict[str, Any]  # ``files``, and the ``options`` written into the model beside them
 
 
 def import_mujoco() -> Any:
@@ -64,9 +65,7 @@ def import_mujoco() -> Any:
 
 
 def _discarded(text: str) -> None:
-    """Take a warning of MuJoCo, which would write it into a file in the working directory: a
-    scene that becomes unstable is found and named by :mod:`.mujoco_scene`.
-    """
+    """Take a warning, which MuJoCo would write into a file in the working directory."""
 
 
 def scene_model(setup: EnvironmentSetup) -> SceneModel:
@@ -75,7 +74,8 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
     if setup.dof != 3:
         raise ParameterError(f"dof = {setup.dof}: a scene has three axes; set dof = 3")
     where = f"server.scene = {server.scene!r}"
-    spec = _read(mujoco, server.scene, where)
+    file = Path(server.scene).expanduser()
+    spec = _read(mujoco, server.scene, file, where)
     movable = next((body for body in spec.bodies[1:] if body.joints), None)
     bodies = _handles(spec, setup) or [
         _finger(mujoco, spec, user, server.finger_m) for user in range(setup.users)
@@ -86,7 +86,7 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         body.gravcomp = 1.0
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
-    _set_options(mujoco, spec.option, setup.period_s, where)
+    options = _set_options(mujoco, spec.option, setup.period_s, where)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -105,18 +105,23 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         home = data.xipos[shown] + out - data.xpos[body.id]
         slides = slice(first, first + 3), slice(dof, dof + 3)
         held.append(Grasp(*slides, geoms, not server.handles, home))
-    return SceneModel(model, tuple(held), shown)
+    return SceneModel(model, tuple(held), shown, {"files": files_of(file), "options": options})
 
 
-def _read(mujoco: Any, file: str, where: str) -> Any:
-    if not file:
+def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:
+    if not name:
         raise ParameterError("server.scene is empty: name the scene's MJCF file (.xml)")
-    if not Path(file).expanduser().is_file():
+    if not file.is_file():
         raise ParameterError(f"{where}: there is no such file (looked in {Path.cwd()})")
     try:
-        return mujoco.MjSpec.from_file(str(Path(file).expanduser()))
+        spec = mujoco.MjSpec.from_file(str(file))
     except ValueError as error:
         raise ParameterError(f"{where}: {' '.join(str(error).split())}") from None
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    for texture in list(spec.textures):
+        spec.delete(texture)
+    return spec
 
 
 def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
@@ -151,18 +156,23 @@ def _finger(mujoco: Any, spec: Any, user: int, radius_m: float) -> Any:
     return body
 
 
-def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> None:
-    """Write what the file leaves as MuJoCo has it."""
+def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> dict[str, Any]:
+    """Write what the file leaves as MuJoCo has it; return what was written."""
     if option.timestep > period_s:
         raise ParameterError(
             f"{where}: its timestep of {option.timestep:g} s is longer than server.period_s = "
             f"{period_s:g} s, in which all its forces have to be found; shorten it"
         )
+    written: dict[str, Any] = {}
     if option.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
-        option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        option.cone, written["cone"] = mujoco.mjtCone.mjCONE_ELLIPTIC, "elliptic"
     if option.impratio == 1.0:
-        option.impratio = IMPRATIO
+        option.impratio = written["impratio"] = IMPRATIO
+    steps = math.ceil(period_s / min(SUB_STEP_S, option.timestep) - 1e-9)
+    if not math.isclose(option.timestep, period_s / steps):
+        option.timestep = written["timestep"] = period_s / steps
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return written | {"autoreset": "disable", "solref of what users hold": list(SOLREF)}
 
 
 def _check_masses(model: Any, fingers: set[int], where: str) -> None:

@@ -19,23 +19,21 @@ passes through it until it is outside. Equations: docs/theory.md 5.16.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenes.model import (
-    OVERLAP_M,
-    SETTLE_S,
-    SUB_STEP_S,
-    Grasp,
-    import_mujoco,
-    scene_model,
-)
+from pmwvc_core.scenes.description import described
+from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_model
 from pmwvc_core.server.black_box import EnvironmentSetup
 
+OVERLAP_M = 1e-4  # that is none
+SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
 LARGEST_M_S = 1e3  # faster is no motion
+MOST_CONTACTS = 16  # shown in a step
 
 
 class MujocoScene:
@@ -45,11 +43,14 @@ class MujocoScene:
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         self._mujoco = import_mujoco()
-        self.model, self.held, self._shown = scene_model(setup)
+        self._whole = self._mujoco.mjtState.mjSTATE_INTEGRATION
+        self.model, self.held, self._shown, self._made_of = scene_model(setup)
         self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
         self._colliding = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
-        moving = np.flatnonzero(self.model.body_weldid)  # what is welded to the world has 0
-        self._moving = {int(n): self.model.body(n).name or f"body{n}" for n in moving}
+        bodies = range(self.model.nbody)
+        self._names = [self.model.body(n).name or f"body{n}" for n in bodies]
+        moving = self.model.body_weldid != 0  # what is welded to the world has 0
+        self._place = np.where(moving, np.cumsum(moving) - 1, -1)  # among those that move
         self._whose = np.full(self.model.ngeom, -1)
         for user, held in enumerate(self.held):
             self._whose[list(held.geoms)] = user
@@ -60,13 +61,32 @@ class MujocoScene:
         self._origin = self.data.xipos[self._shown].copy()
         self.position, self.velocity = np.zeros(3), np.zeros(3)
         self._good = self._state()
+        self.poses, self.contacts = self._poses(), self._contacts()  # others read these
+
+    def _poses(self) -> dict[str, list[float]]:
+        """Return where the bodies are that move, ``x y z`` [m] and quaternion ``w x y z``."""
+        rows = np.concatenate([self.data.xpos, self.data.xquat], axis=1).tolist()
+        return {self._names[body]: rows[body] for body in np.flatnonzero(self._place >= 0)}
+
+    def _contacts(self) -> list[float]:
+        """Return the strongest contacts of the last sub-step, 8 numbers each: two bodies by their
+        place in ``poses`` (-1: one that is fixed), point [m], force on the second [N].
+        """
+        contact, forces = self.data.contact, np.append(self.data.efc_force, np.zeros(3))
+        first, axes = contact.efc_address[:, None], np.arange(3)  # normal first: elliptic cones
+        along = forces[first + axes] * (first >= 0) * (axes < contact.dim[:, None])
+        order = np.argsort(-along[:, 0])[:MOST_CONTACTS]
+        order = order[along[order, 0] > 0.0]
+        bodies = self._place[self.model.geom_bodyid[contact.geom[order]]]
+        force = np.einsum("ni,nij->nj", along[order], contact.frame[order].reshape(-1, 3, 3))
+        shown: list[float] = np.hstack([bodies, contact.pos[order], force]).ravel().tolist()
+        return shown
 
     @property
-    def poses(self) -> dict[str, list[float]]:
-        """Where the bodies are that move, ``x y z`` [m] and quaternion ``w x y z``, by name."""
-        at = zip(self.data.xpos.tolist(), self.data.xquat.tolist(), strict=True)
-        rows = [[*place, *turned] for place, turned in at]
-        return {name: rows[body] for body, name in self._moving.items()}
+    def description(self) -> dict[str, Any]:
+        """What is constant, with where the devices' origin is (:mod:`.description`)."""
+        drawn = described(self.model, self.data, self._names, self._whose.tolist())
+        return {**drawn, "origin": self._origin.tolist(), **self._made_of}
 
     def join(self, user: int, position: Array) -> None:
         """Put a finger where the avatar is, ``(3,)`` [m]; a handle is taken where it is."""
@@ -113,6 +133,7 @@ class MujocoScene:
                 free = drive[user] / impedance[user]
                 data.qpos[held.qpos], data.qvel[held.dofs] = before[user] + dt * free, free
         self._mujoco.mj_kinematics(model, data)
+        self.poses, self.contacts = self._poses(), self._contacts()
         position = data.xipos[self._shown] - self._origin
         self.position, self.velocity = position, (position - self.position) / dt
         after = np.array([data.qpos[held.qpos] for held in self.held])
@@ -171,14 +192,12 @@ class MujocoScene:
             return
         worst = int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))
         name = self.model.body(int(self.model.dof_bodyid[worst])).name
-        kind = self._mujoco.mjtState.mjSTATE_INTEGRATION
-        self._mujoco.mj_setState(self.model, self.data, self._good, kind)
+        self._mujoco.mj_setState(self.model, self.data, self._good, self._whole)
         raise RuntimeError(
             f"the scene became unstable at body {name!r}; its last good state is back"
         )
 
     def _state(self) -> Array:
-        kind = self._mujoco.mjtState.mjSTATE_INTEGRATION
-        state = np.empty(self._mujoco.mj_stateSize(self.model, kind))
-        self._mujoco.mj_getState(self.model, self.data, state, kind)
+        state = np.empty(self._mujoco.mj_stateSize(self.model, self._whole))
+        self._mujoco.mj_getState(self.model, self.data, state, self._whole)
         return state

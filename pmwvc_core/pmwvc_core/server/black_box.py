@@ -9,6 +9,7 @@ its own in a live server, and raises ``Unanswered`` where it will not wait any l
 an answer to an impedance: docs/theory.md 5.15.
 """
 
+import json
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.law.wave.wave import rooted
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.plugins import BadAnswer, Faults
+from pmwvc_core.plugins import BadAnswer, Faults, refused
 from pmwvc_core.server.contained import LARGEST_N, signal
 
 ROUNDING = 1e-12
@@ -164,11 +165,23 @@ def _exchange(
     return s, reply
 
 
-def poses_of(box: Any) -> Mapping[str, Sequence[float]]:
-    """Return the bodies that an environment shows: x y z [m] and quaternion w x y z, by name."""
+def _of_outside(box: Any, name: str, nothing: Any) -> Any:
     asked = getattr(box, "environment", None)
-    shown = asked.environment if isinstance(asked, Outside) else None
-    return dict(getattr(shown, "poses", {}))
+    return getattr(asked.environment, name, nothing) if isinstance(asked, Outside) else nothing
+
+
+def shown_by(box: Any) -> tuple[Mapping[str, Sequence[float]], Sequence[float]]:
+    """Return the bodies that an environment shows: x y z [m] and quaternion w x y z, by name; and
+    contacts, 8 numbers each: indices of two bodies (-1: a fixed one), x y z [m], force on the
+    second [N].
+    """
+    return dict(_of_outside(box, "poses", {})), list(_of_outside(box, "contacts", ()))
+
+
+def description_of(box: Any) -> dict[str, Any]:
+    """Return what is constant in an environment, as read from JSON; {}: nothing."""
+    with refused("the description of server.environment", cannot_be="recorded"):
+        return dict(json.loads(json.dumps(_of_outside(box, "description", {}), allow_nan=False)))
 
 
 def _rows(values: Array) -> Vectors:

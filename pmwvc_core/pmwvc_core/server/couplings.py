@@ -129,12 +129,9 @@ LEDGER = Compensation(
     accounts=OF_LEDGER,
 )
 COMPENSATIONS: Records[Compensation] = Records(
-    Compensation,
-    (UNTREATED, PRINTED, CORRECTED, LEDGER),
-    group="pmwvc.compensations",
-    parameter="server.compensation",
-    what="a compensation",
-)
+    Compensation, (UNTREATED, PRINTED, CORRECTED, LEDGER), group="pmwvc.compensations",
+    parameter="server.compensation", what="a compensation",
+)  # fmt: skip
 
 IMPLICIT = Coupling(
     name="implicit",
@@ -185,9 +182,6 @@ UNKNOWN = Coupling(
     least_impedance=least_impedance,
 )
 COUPLINGS: Records[Coupling] = Records(
-    Coupling,
-    (IMPLICIT, ONE_STEP_DELAY, ONE_FRAME_LATE, UNWRAPPED, UNKNOWN),
-    group="pmwvc.couplings",
-    parameter="server.coupling",
-    what="a coupling",
-)
+    Coupling, (IMPLICIT, ONE_STEP_DELAY, ONE_FRAME_LATE, UNWRAPPED, UNKNOWN),
+    group="pmwvc.couplings", parameter="server.coupling", what="a coupling",
+)  # fmt: skip

@@ -67,6 +67,12 @@ def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
     return SoftBody(dents, Body(rest, rest)), SoftBodyParams(soft.exponent, soft.damping, face_m)
 
 
+def _box(setup: EnvironmentSetup) -> Any:
+    from pmwvc_core.scenes.body import Box
+
+    return Box(setup)
+
+
 def _scene(setup: EnvironmentSetup) -> Any:
     from pmwvc_core.scenes.mujoco_scene import MujocoScene
 
@@ -96,6 +102,7 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
     own_energy=lambda p: "its environment is driven" if p.active_wall.amplitude_m > 0.0 else "",
 )
 
+BODY = Environment(name="body", outside=_box, noun="the box")
 MUJOCO = Environment(
     name="mujoco",
     outside=_scene,
@@ -105,15 +112,12 @@ MUJOCO = Environment(
 
 LIBRARY: Mapping[str, Environment] = {
     record.name: record
-    for record in (CUBE, WALL, WALL_WITH_SLOPE, HUNT_CROSSLEY, ACTIVE_WALL, MUJOCO)
+    for record in (CUBE, WALL, WALL_WITH_SLOPE, HUNT_CROSSLEY, ACTIVE_WALL, BODY, MUJOCO)
 }
 PLUGINS = PluginGroup(
-    "pmwvc.environments",
-    "server.environment",
-    "an environment",
-    calls=("step or meet",),
+    "pmwvc.environments", "server.environment", "an environment", calls=(("step", "meet"),),
     own=tuple(LIBRARY),
-)
+)  # fmt: skip
 
 
 def environment_of(name: str) -> Environment:
@@ -125,9 +129,11 @@ def environment_of(name: str) -> Environment:
     return LIBRARY.get(name, unknown)
 
 
-def require(name: str) -> None:
-    """Refuse an environment that is neither in the library nor installed (none is imported) by a
-    ParameterError that names those there are.
+def require(name: str, setup: Callable[[], EnvironmentSetup]) -> None:
+    """Refuse an environment that is neither in the library nor installed (none is imported), or
+    whose scene cannot be made, by a ParameterError with those there are, or what is wrong.
     """
     if name not in LIBRARY:
         PLUGINS.required(name)
+    elif outside := LIBRARY[name].outside:
+        outside(setup())

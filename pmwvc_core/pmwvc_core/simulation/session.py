@@ -16,6 +16,7 @@ from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.scenario.names import over_time
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.bulk.loop import note_step
 from pmwvc_core.simulation.bulk.run import empty_steps, loops_of, run
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions, add_link
@@ -75,8 +76,8 @@ class SteppedSession(VirtualTime):
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
         server, arrays = self.server, empty_steps(self._scenario, 1)
         note_step(server.s, 0, server.p, self._task, *arrays)
-        of_step = tick, now_ns, server.p.period_s, server.changes, arrays, row.poses
-        self.steps.append(Step(*of_step))
+        of_step = tick, now_ns, server.p.period_s, server.changes, arrays
+        self.steps.append(Step(*of_step, row.poses, row.contacts, row.contained))
 
     def traces(self) -> SessionTraces:
         """Return what the session leaves behind."""
@@ -96,6 +97,7 @@ class SteppedSession(VirtualTime):
                     traces.metadata.setdefault("links", {})[f"{name}/{way}"] = link.link.failed
         began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
         traces.server = stepped_server(self._scenario, self.steps, began_s)
+        traces.server.scene = description_of(self.server.s.environment.body)
         if self._prescribed:
             traces.metadata["server_lateness_s"] = traces.server.looked_ns * 1e-9
         if faults.steps and faults.replaced:

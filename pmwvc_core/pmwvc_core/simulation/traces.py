@@ -23,7 +23,7 @@ from pmwvc_core.simulation.bulk.loop import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run, empty_steps
 from pmwvc_core.simulation.conditions import add_link, columns
-from pmwvc_core.traces import ENERGIES, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import ENERGIES, ServerTraces, SessionTraces, UserTraces, contact_rows
 
 
 class Step(NamedTuple):
@@ -37,6 +37,8 @@ class Step(NamedTuple):
     changes: int
     arrays: tuple[Array, Array, Integers]
     poses: Mapping[str, Sequence[float]]
+    contacts: Sequence[float]
+    contained: int
 
 
 class UserNotes:
@@ -89,16 +91,15 @@ def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> 
     """Return the traces of the server's steps, given when they began [s]."""
     rows = zip(empty_steps(scenario, 0), *(step.arrays for step in steps), strict=True)
     arrays = (np.concatenate(each, axis) for each, axis in zip(rows, (1, 0, 0), strict=True))
-    tick_ns = round(scenario.tick_s * 1e9)
+    tick_ns, bodies = round(scenario.tick_s * 1e9), steps[0].poses if steps else ()
     late_ns = [step.ran_ns - step.tick * tick_ns for step in steps]
     return server_traces(
         scenario, *arrays, time_s=time_s, looked_ns=np.array(late_ns, dtype=np.int64),
         periods_s=np.array([step.period_s for step in steps], dtype=float),
         changes=np.array([step.changes for step in steps], dtype=np.int64),
-        poses={
-            name: np.array([step.poses[name] for step in steps])
-            for name in (steps[0].poses if steps else ())
-        },
+        poses={name: np.array([step.poses[name] for step in steps]) for name in bodies},
+        contacts=contact_rows([step.contacts for step in steps]),
+        contained=np.array([step.contained for step in steps], dtype=np.int64),
     )  # fmt: skip
 
 
@@ -184,11 +185,8 @@ def _packets(planned: of.PacketTraces, rows: Array) -> of.PacketTraces:
     """Return packets of a plan with what a session put into them."""
     found, dof = rows[planned.seq - 1], (rows.shape[1] - OF_PACKET) // 3
     return replace(
-        planned,
-        sent_ns=found[:, 3 * dof + 2].astype(np.int64),
-        period_s=found[:, 3 * dof + 1].copy(),
-        wave=found[:, :dof].copy(),
-        integral=found[:, dof : 2 * dof].copy(),
-        energy=found[:, 3 * dof].copy(),
+        planned, sent_ns=found[:, 3 * dof + 2].astype(np.int64),
+        period_s=found[:, 3 * dof + 1].copy(), wave=found[:, :dof].copy(),
+        integral=found[:, dof : 2 * dof].copy(), energy=found[:, 3 * dof].copy(),
         position=found[:, 2 * dof : 3 * dof].copy(),
-    )
+    )  # fmt: skip

@@ -98,8 +98,8 @@ class HapticDevice(Protocol):
 DeviceFactory: TypeAlias = Callable[[DeviceSetup], HapticDevice]
 PLUGINS = PluginGroup(
     "pmwvc.devices", "device.plugin", "a device",
-    calls=("open", "read", "write", "couple", "stop", "close"), attributes=("info",),
-    error=DeviceError,
+    calls=(("open",), ("read",), ("write",), ("couple",), ("stop",), ("close",)),
+    attributes=("info",), error=DeviceError,
 )  # fmt: skip
 
 
@@ -111,20 +111,19 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
     if device.info.dof != setup.dof:
         text = f"{device.info.dof} axes where dof = {setup.dof} is asked for"
         raise DeviceError(f"device.plugin = {name!r} has {text}")
-    if device.info.hand_force_known:  # simulated
-        return device
     from pmwvc_master.devices.plausible import Plausible
 
-    return Plausible(device, print if setup.node is None else setup.node.get_logger().warning)
+    tell = print if setup.node is None else setup.node.get_logger().warning
+    return device if device.info.hand_force_known else Plausible(device, tell)
 
 
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
+POSITIVE = ("max_force", "continuous_force", "apparent_mass", "workspace_m", "encoder_step_m")
 
 
 def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
     """Return the safety limits within what the device declares; DeviceError if that cannot be."""
-    positive = ("max_force", "continuous_force", "apparent_mass", "workspace_m", "encoder_step_m")
-    for name in positive:
+    for name in POSITIVE:
         value = getattr(info, name)
         if value is not None and not 0.0 < value < math.inf:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")

@@ -165,7 +165,8 @@ class Feed:
         for user in shown.users:
             self.users[user.name].follow(row, user)
         packets, self._packets = self._packets, []
-        return Snapshot(row, np.concatenate(packets) if packets else NO_PACKETS)
+        every = np.concatenate(packets) if packets else NO_PACKETS
+        return Snapshot(row, every, self._layout.narrow)
 
     def _begin(self, at_s: float) -> None:
         if self._due_ns is None or at_s > self._due_ns / NS + LONGEST_GAP_S:

@@ -40,6 +40,8 @@ def samples(traces: SessionTraces) -> Iterator[Samples]:
     if (server := traces.server) is not None:
         for name in OBJECT:
             yield Samples(f"object.{name}", server.time_s, getattr(server, name))
+        for body, poses in server.poses.items():
+            yield Samples(f"{body}.pose", server.time_s, poses)
         for index, user in enumerate(server.users):
             for name in (*AVATAR, "contact"):
                 yield Samples(f"{user}.{name}", server.time_s, getattr(server, name)[index])
@@ -91,9 +93,7 @@ def rows_of(
 
 
 def newest(of: Array, times: Array, *, within_s: float = math.inf) -> Integers:
-    """Return the index of the newest sample at each time, -1 before the first, and where it is
-    older than ``within_s``.
-    """
+    """Return the index of the newest sample at each time; -1: none, or older than ``within_s``."""
     at = of.searchsorted(times + ROUNDED_S, side="right") - 1
     if within_s < math.inf and len(of):
         at[times - of[at] > within_s] = -1
@@ -101,9 +101,7 @@ def newest(of: Array, times: Array, *, within_s: float = math.inf) -> Integers:
 
 
 def _write_extremes(rows: Array, layout: Layout, user: UserTraces, shown_s: float) -> None:
-    """Write the extremes of the ticks that no row has shown yet; those that came after their row
-    was made are the next one's.
-    """
+    """Write the extremes of the ticks that no row has shown yet; late ones are the next row's."""
     at = newest(user.time_s, rows[:, 1])
     first = newest(user.time_s, np.array([shown_s]))
     before = np.maximum(np.concatenate([first, at[:-1]]), first)

@@ -63,9 +63,7 @@ def since(traces: Traces, start_s: float) -> Traces:
 
 
 class Newest(Generic[Traces]):
-    """The newest traces of one node: ``shown`` is the newest second, ``end_s`` the time of its
-    last row [s].
-    """
+    """The newest traces of one node: ``shown`` is the newest second, ``end_s`` its end [s]."""
 
     def __init__(self) -> None:
         self._parts: list[Traces] = []
@@ -73,9 +71,7 @@ class Newest(Generic[Traces]):
         self.end_s = -math.inf
 
     def add(self, new: Traces) -> Traces | None:
-        """Add what is new of some traces; return it behind those of the last second, None where
-        nothing is.
-        """
+        """Add what is new of some traces; return it behind the last second; None: nothing is."""
         if self.shown is not None and len(ends := ends_s(self.shown)):
             new = since(new, float(ends[-1]) + ROUNDED_S)
         if not len(new.time_s):

@@ -36,9 +36,7 @@ ANSWER_S = 0.005
 
 
 class Parameters:
-    """The parameters of other nodes, until asked to stop; an executor serves the node in another
-    thread.
-    """
+    """The parameters of other nodes, until asked to stop; another thread serves the node."""
 
     def __init__(self, node: Node, stop: threading.Event) -> None:
         self._node, self._stop = node, stop
@@ -96,16 +94,13 @@ class AboutSession(Validated):
 
 @dataclass
 class Graph:
-    """The nodes of a session and their parameters by node and name, which are kept up to date, and
-    set by ``parameters``.
-
-    ``prefix`` is the session's namespace, without a slash at its end; users are in the order of
-    the server.
+    """The nodes of a session and their parameters by node and name, kept up to date, and set by
+    ``parameters``; ``prefix`` is its namespace, without a slash at its end.
     """
 
     prefix: str
     parameters: Parameters
-    users: list[str] = field(default_factory=list)
+    users: list[str] = field(default_factory=list)  # in the order of the server
     values: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -148,10 +143,8 @@ class Graph:
 
 
 def find(node: Node, stop: threading.Event, *, emulated: bool) -> Graph | None:
-    """Wait for a session, and return it; None when asked to stop before.
-
-    An emulator that is not expected is looked for only a while. ParameterError where there are
-    several sessions.
+    """Wait for a session, and return it; None when asked to stop before. An emulator that is not
+    expected is looked for only a while. ParameterError where there are several sessions.
     """
     while not stop.is_set():
         if len(prefixes := _sessions(node)) > 1:

@@ -14,7 +14,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Control, Setting
 from pmwvc_view.live.graph import AboutSession, Graph
-from pmwvc_view.live.topics import Inlets, PublishedHand, TraceReader
+from pmwvc_view.live.topics import Inlets, PublishedHand, TraceReader, scene_of
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Handled, Session, ramped
 
@@ -33,7 +33,7 @@ class LiveSession(Session):
         self._duration_s, self.report = about.duration_s or None, about.report
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
-        self._show(scenario, exact)
+        self._show(scenario, exact, scene_of(node, f"{graph.server}/scene"))
         self._inlets = Inlets(node, graph, TraceReader(self._feed.tape, dof=scenario.dof))
         self._hands = {
             user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")

@@ -7,9 +7,11 @@ Any program of the domain can publish on these topics: bytes that are no message
 fields do not fit together, or of another shape than the session's, are skipped.
 """
 
+import json
 import math
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -19,20 +21,22 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 
 from pmwvc_analysis.recording.assemble import server_traces, user_traces
 from pmwvc_analysis.recording.clocks import monotonic_times
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
-from pmwvc_core.runtime.topics import Polled
+from pmwvc_core.runtime.topics import LATCHED_QOS, Polled
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_msgs.msg import MasterTrace, PacketFate, Reception, ServerTrace
+from pmwvc_view.description import moving
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.tape import NS, Tape
-from pmwvc_view.live.graph import Graph
+from pmwvc_view.live.graph import LOOK_S, Graph
 
+SCENE_S = 5.0  # to get the description of a scene that is there
 SAME_CLOCK_NS = 20_000_000  # clocks whose offsets differ by more are of two machines
 
 
@@ -93,8 +97,7 @@ class Inlets:
     """Subscriptions of a session; changed parameters are kept in its graph.
 
     ``round_trips`` are those that masters measured, by column [s], where no links tell more often;
-    ``silent_s`` is the time without a trace, as far as this process ran meanwhile [s]; ``changed``
-    whether a parameter changed since somebody set it to False.
+    ``silent_s``: without a trace while this process ran [s]; ``changed``: a parameter was, since.
     """
 
     def __init__(self, node: Node, graph: Graph, reader: TraceReader) -> None:
@@ -166,6 +169,21 @@ def link_number(link: str, users: Sequence[str]) -> int | None:
     if user not in users or way not in ("up", "down"):
         return None
     return 2 * list(users).index(user) + (way == "down")
+
+
+def scene_of(node: Node, topic: str) -> dict[str, Any]:
+    """Return how a server's environment describes itself on a latched topic; {}: not at all."""
+    came: list[String] = []
+    reader = node.create_subscription(String, topic, came.append, LATCHED_QOS)
+    until_s = time.monotonic() + SCENE_S
+    while node.count_publishers(topic) and not came and time.monotonic() < until_s:
+        time.sleep(LOOK_S)
+    node.destroy_subscription(reader)
+    with suppress(LookupError, TypeError, ValueError):  # nothing came, or no description
+        scene = dict(json.loads(came[0].data))
+        moving(scene)
+        return scene
+    return {}
 
 
 TARGET_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)

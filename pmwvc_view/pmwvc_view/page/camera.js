@@ -3,24 +3,30 @@
 // From metres to pixels: one axis as a line, two as a plane, three in a perspective that can be
 // turned. Axes: x to the right, y up (two axes) or into the picture (three), z up.
 
-const DISTANCE_M = 0.7; // of the eye, for three axes
+const LEAST_DISTANCE_M = 0.7; // of the eye, for three axes
+const ZOOMS = [0.3, 8];
 const LEAST_REACH_M = 0.12;
 
 export class Camera {
   constructor(dof) {
     this.dof = dof;
-    this.yaw = dof > 2 ? 0.45 : 0;
-    this.pitch = dof > 2 ? 0.3 : 0;
+    this.yaw = dof > 2 ? 0.35 : 0;
+    this.pitch = dof > 2 ? 0.4 : 0;
+    this.middle = [0, 0, 0]; // that it looks at [m]
     this.reach_m = LEAST_REACH_M;
-    this.scale = 1;
+    this.scale = this.zoomed = 1;
   }
+
+  get distance_m() { return Math.max(LEAST_DISTANCE_M, 4 * this.reach_m); }
 
   /** Show what stands up to `reach_m` from the middle; nothing of `size_m` gets taller than `height`. */
   fit(width, height, reach_m, size_m) {
     const wanted = Math.max(LEAST_REACH_M, reach_m + 0.025);
     this.reach_m += 0.06 * (wanted - this.reach_m);
-    this.scale = Math.min(width / (2 * this.reach_m), height / size_m);
+    this.scale = this.zoomed * Math.min(width / (2 * this.reach_m), height / size_m);
   }
+
+  zoom(factor) { this.zoomed = Math.max(ZOOMS[0], Math.min(ZOOMS[1], factor * this.zoomed)); }
 
   turn(dx, dy) {
     if (this.dof < 3) return;
@@ -37,8 +43,8 @@ export class Camera {
 
   /** Pixels of a point [m], from the middle of the picture, and the scale there [px/m]. */
   project(point) {
-    const [right, up, away] = this.axes().map((axis) => dot(axis, point));
-    const scale = this.dof > 2 ? (this.scale * DISTANCE_M) / Math.max(0.1, DISTANCE_M + away) : this.scale;
+    const [right, up, away] = this.axes().map((axis) => dot(axis, point) - dot(axis, this.middle));
+    const d = this.distance_m, scale = this.dof > 2 ? (this.scale * d) / Math.max(0.1 * d, d + away) : this.scale;
     return { x: right * scale, y: -up * scale, scale };
   }
 
@@ -48,6 +54,9 @@ export class Camera {
     const all = right.map((_, axis) => (right[axis] * dx - up[axis] * dy) / scale);
     return all.slice(0, this.dof);
   }
+
+  /** Displacement [m] away from the eye. */
+  inDepth(distance_m) { return this.axes()[2].map((each) => each * distance_m); }
 }
 
 function dot(axis, point) {

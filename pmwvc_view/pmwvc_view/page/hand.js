@@ -15,7 +15,7 @@ export class Hand {
     this.sent_ms = 0;
     this.moves = []; // functions (dt) -> displacement [m], asked at every heartbeat
     this.before_ms = performance.now();
-    this.timer = setInterval(() => this.beat(), 1e3 * session.limits.heartbeat_s);
+    this.timer = setInterval(() => this.beat(), 1e3 * session.heartbeat_s);
   }
 
   get held() { return this.target !== null; }

@@ -4,6 +4,7 @@
 
 const GRAB_PX = 70; // from the middle of a handle, for the hand that comes nearest
 const SPEED_M_S = 0.12; // of the arrow keys
+const WHEEL = 1.5e-3, WHEEL_M = 5e-5; // of a step of the wheel: how much nearer, and how far a held handle goes [m]
 const KEYS = {
   ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0],
   PageUp: [0, 0, 1], PageDown: [0, 0, -1],
@@ -21,42 +22,56 @@ function nearest(scene, session, x, y) {
 }
 
 export function pointers(canvas, scene, hand, session, signal) {
-  let drag = null;
-  const place = (event) => {
-    const box = canvas.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  };
+  const { camera } = scene, down = new Map(); // pointers, by id: where they were, and what they hold
+  const moved = (pointer) => [pointer.now.clientX - pointer.x, pointer.now.clientY - pointer.y];
+  const apart = ([a, b], of) => Math.hypot(of(a)[0] - of(b)[0], of(a)[1] - of(b)[1]);
   canvas.addEventListener("pointerdown", (event) => {
-    if (drag || event.button > 0) return;
-    const [x, y] = place(event);
-    const handle = nearest(scene, session, x, y);
+    const box = canvas.getBoundingClientRect();
+    const free = event.button === 0 && ![...down.values()].some(({ handle }) => handle);
+    const handle = free ? nearest(scene, session, event.clientX - box.left, event.clientY - box.top) : null;
     if (!handle && session.dof < 3) return;
     canvas.setPointerCapture(event.pointerId);
-    drag = { id: event.pointerId, x: event.clientX, y: event.clientY, now: event, handle };
+    down.set(event.pointerId, { x: event.clientX, y: event.clientY, now: event, handle });
     if (handle) { canvas.dataset.held = ""; hand.take(handle.user, "pointer").then(follow); }
   }, { signal });
   // Raw moves come as they happen, not once a frame; only pages of this machine or https get them.
-  const moved = "onpointerrawupdate" in canvas ? "pointerrawupdate" : "pointermove";
-  canvas.addEventListener(moved, (event) => {
-    if (event.pointerId !== drag?.id) return;
-    drag.now = event;
+  const kind = "onpointerrawupdate" in canvas ? "pointerrawupdate" : "pointermove";
+  canvas.addEventListener(kind, (event) => {
+    if (!down.has(event.pointerId)) return;
+    down.get(event.pointerId).now = event;
     follow();
   }, { signal });
-  /** Go where the pointer is; while the handle is being taken its way is kept for later. */
+  /** Go where the pointers are; while a handle is being taken their way is kept for later. */
   function follow() {
-    if (!drag || (drag.handle && hand.by !== "pointer")) return;
-    const dx = drag.now.clientX - drag.x, dy = drag.now.clientY - drag.y;
-    if (drag.handle) hand.move(scene.camera.inPlane(dx, dy, drag.handle.scale));
-    else scene.camera.turn(dx, dy);
-    [drag.x, drag.y] = [drag.now.clientX, drag.now.clientY];
+    const every = [...down.values()], others = every.filter(({ handle }) => !handle);
+    const holding = every.find(({ handle }) => handle);
+    if (holding && hand.by !== "pointer") return;
+    if (holding) hand.move(camera.inPlane(...moved(holding), holding.handle.scale));
+    for (const other of others) {
+      const [dx, dy] = moved(other);
+      if (holding) hand.move(camera.inDepth(-dy / holding.handle.scale));
+      else camera.turn(dx / others.length, dy / others.length);
+    }
+    if (others.length === 2 && !holding) {
+      camera.zoom(apart(others, ({ now }) => [now.clientX, now.clientY]) / Math.max(1, apart(others, ({ x, y }) => [x, y])));
+    }
+    for (const pointer of every) [pointer.x, pointer.y] = [pointer.now.clientX, pointer.now.clientY];
   }
   const end = (event) => {
-    if (event.pointerId !== drag?.id) return;
-    drag = null;
+    const { handle } = down.get(event.pointerId) ?? {};
+    down.delete(event.pointerId);
+    if (!handle) return;
     delete canvas.dataset.held;
     hand.release("pointer");
   };
-  for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(kind, end, { signal });
+  for (const each of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(each, end, { signal });
+  if (session.dof < 3) return;
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    if (hand.held) hand.move(camera.inDepth(-WHEEL_M * event.deltaY));
+    else camera.zoom(Math.exp(-WHEEL * event.deltaY));
+  }, { signal, passive: false });
 }
 
 export function keyboard(canvas, scene, hand, session, signal) {

@@ -28,7 +28,7 @@ class Page {
     const session = (this.session = new Session(declared));
     this.hand = new Hand(socket, session, notice);
     this.flow = new PacketFlow(session.mode === "live");
-    this.scene = new Scene(at("scene"), session);
+    this.scene = new Scene(at("scene"), session, at("space"));
     this.strips = new Strips(at("strips"), session, signalsOf(session));
     this.accounts = new Accounts(at("accounts"), session);
     this.users = new Users(at("users"), session, this.hand);
@@ -37,9 +37,10 @@ class Page {
     this.spoken = new Spoken(session);
     this.events = new AbortController();
     const { signal } = this.events;
-    at("help").hidden = at("todo").hidden = !session.can.includes("take");
+    at("todo").hidden = !session.users.some(({ remote }) => remote);
+    at("help").hidden = at("todo").hidden && session.dof < 3;
+    pointers(at("scene"), this.scene, this.hand, session, signal);
     if (session.can.includes("take")) {
-      pointers(at("scene"), this.scene, this.hand, session, signal);
       keyboard(at("scene"), this.scene, this.hand, session, signal);
       leaving(this.hand, signal);
       gamepad(this.hand, session);
@@ -97,8 +98,8 @@ const handlers = {
     page = new Page(declared);
     connection("open", { live: "live", simulated: "simulated, in real time", recorded: "recorded" }[declared.mode]);
   },
-  snapshot: (numbers) => {
-    const { seq, packets } = page.session.take(numbers);
+  snapshot: (message) => {
+    const { session } = page, { seq, packets } = session.take(held ? message : session.numbers(message));
     page.flow.take(packets, performance.now() / 1e3, page.session.time_s);
     return seq;
   },

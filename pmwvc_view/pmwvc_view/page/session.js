@@ -9,10 +9,11 @@ export class Session {
   constructor(declared) {
     Object.assign(this, declared);
     this.columns = new Map();
-    this.width = 0;
+    this.width = this.poses = 0;
     for (const [name, count] of declared.layout.columns) {
       this.columns.set(name, this.width);
       this.width += count;
+      this.poses += name.endsWith(".pose");
     }
     this.packetWidth = declared.layout.packet.reduce((sum, [, count]) => sum + count, 0);
     this.capacity = Math.ceil((HISTORY_S + 1) / declared.snapshot_s);
@@ -26,6 +27,14 @@ export class Session {
   clear() {
     this.count = 0;
     this.packetCount = 0;
+  }
+
+  /** The numbers of a message: the row, its poses as float32 in it, then packets. */
+  numbers(message) {
+    const narrow = this.poses * 7, wide = this.width - narrow, from = 8 * (wide + Math.ceil(narrow / 2));
+    return Float64Array.from([
+      ...new Float64Array(message, 0, wide), ...new Float32Array(message, 8 * wide, narrow), ...new Float64Array(message, from),
+    ]);
   }
 
   /** Take a snapshot in; return its number and the packets that came with it. */

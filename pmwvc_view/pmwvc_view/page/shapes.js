@@ -50,16 +50,18 @@ export function label(context, text, x, y, { colour = theme.soft, size = 12, ali
   context.textBaseline = "middle";
   context.fillStyle = colour;
   const { actualBoundingBoxLeft: left, actualBoundingBoxRight: right } = context.measureText(text);
-  context.fillText(text, width === Infinity ? x : Math.max(left, Math.min(x, width - right)), y);
+  const at = width === Infinity ? x : Math.max(left, Math.min(x, width - right));
+  Object.assign(context, { strokeStyle: theme.paper, lineWidth: 3, lineJoin: "round" });
+  if (colour !== theme.paper) context.strokeText(text, at, y); // it may stand in front of something
+  context.fillText(text, at, y);
 }
 
-const CORNERS = Array.from({ length: 8 }, (_, i) => [i & 1, (i >> 1) & 1, i >> 2].map((bit) => bit - 0.5));
 const FACES = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
 
-/** A cube about a point [m]; a square where there are less than three axes. */
-export function cube(context, camera, middle, size_m, place, { fill, stroke, dash = [], width = 1.5 }) {
-  const corners = CORNERS.map((corner) => {
-    const at = camera.project([0, 1, 2].map((axis) => (middle[axis] ?? 0) + corner[axis] * size_m));
+/** A box by its eight corners [m]; a square where there are less than three axes. */
+export function box(context, camera, points, place, { fill, stroke, dash = [], width = 1.5 }) {
+  const corners = points.map((point) => {
+    const at = camera.project(point);
     return [place.x + at.x, place.y + at.y, at.scale];
   });
   const nearness = (face) => face.reduce((sum, i) => sum + corners[i][2], 0);

@@ -33,7 +33,7 @@ export function signalsOf(session) {
       title: "Position", unit: "mm, dotted: avatar", factor: 1e3, decimals: 1, least: 0.02,
       lines: [
         { name: "target", colour: "target", dash: true, silent: true, value: column("object.target") },
-        { name: "cube", colour: "ink", value: column("object.x_o") },
+        { name: session.scene.shapes ? "body" : "cube", colour: "ink", value: column("object.x_o") },
         ...perUser((name, colour, text) => [
           { name: text, colour, value: column(`${name}.x_m`) },
           { colour, dash: true, hidden: true, value: column(`${name}.x_s`) },

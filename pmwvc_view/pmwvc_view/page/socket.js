@@ -30,7 +30,7 @@ export class Socket {
 
   receive(data) {
     if (typeof data !== "string") {
-      const seq = this.on.snapshot(new Float64Array(data));
+      const seq = this.on.snapshot(data);
       this.taken += 1;
       if (this.taken % SEEN_EVERY === 0) this.send("seen", { seq });
       return;

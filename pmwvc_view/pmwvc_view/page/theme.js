@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the canvases take from the style sheet and from the person's preferences, kept up to date.
 
-const NAMES = ["paper", "ink", "soft", "grid", "object", "target", "alarm", "cube", "good", "wash"];
+const NAMES = ["paper", "ink", "soft", "grid", "object", "target", "alarm", "cube", "body", "good", "wash"];
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 

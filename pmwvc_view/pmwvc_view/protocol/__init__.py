@@ -18,10 +18,6 @@ SILENCE_S = 0.15  # a hand without a target for this long lets go
 CREDITS = 8  # snapshots that may be sent and not acknowledged
 MESSAGE_BYTES = 4096  # longest message of a page
 MESSAGES_HZ = 500.0  # messages of a page in a second
-LIMITS = {  # as the session message declares them
-    "heartbeat_s": HEARTBEAT_S, "silence_s": SILENCE_S, "credits": CREDITS,
-    "message_bytes": MESSAGE_BYTES, "messages_hz": MESSAGES_HZ,
-}  # fmt: skip
 LONGEST_NAME = 64
 Setting = float | str | bool
 

@@ -45,6 +45,7 @@ _NUMBERS = (
     ("lag", "s"), ("impedance", "N s/m"), ("round_trip", "s"), ("lateness", "s"), ("held", "-"),
 )  # fmt: skip
 _OBJECT = (("x_o", "m"), ("xd_o", "m/s"), ("target", "m"))
+POSE = 7  # values: x y z [m], quaternion w x y z
 PACKET = [
     Column(name, 1, unit)
     for name, unit in zip(("link", "number", "sent", "arrived", "fate"), "--ss-", strict=True)
@@ -53,17 +54,19 @@ NO_PACKETS = np.empty((0, len(PACKET)))
 
 
 class Layout:
-    """The layout of a snapshot: float64, little-endian; fixed columns, then rows of packets.
-    ``columns`` and ``slices`` are what is in a row, and where; ``size`` is the length of a row.
+    """The layout of a snapshot: fixed columns, then rows of packets. ``columns`` and ``slices``:
+    what is in a row, and where; ``size``: its length, ``narrow`` that of the poses at its end.
     """
 
-    def __init__(self, users: Sequence[str], dof: int) -> None:
+    def __init__(self, users: Sequence[str], dof: int, bodies: Sequence[str] = ()) -> None:
         self.users, self.dof = list(users), dof
         columns = [Column(name, 1, unit) for name, unit in _SESSION]
         for user in users:
             columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]
             columns += [Column(f"{user}.{name}", 1, unit) for name, unit in _NUMBERS]
         columns += [Column(f"object.{name}", dof, unit) for name, unit in _OBJECT]
+        columns += [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
+        self.narrow = POSE * len(bodies)
         self.columns = columns
         self.slices: dict[str, slice] = {}
         at = 0
@@ -96,15 +99,18 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The session at one time: a row of its layout, and packets ``(n, 5)``."""
+    """The session at one time: a row, its last ``narrow`` values sent as float32, and packets."""
 
     row: Array
-    packets: Array
+    packets: Array  # (n, 5)
+    narrow: int = 0
 
     @cached_property
     def message(self) -> bytes:
-        """The snapshot as pages get it: the row, then the packets, float64, little-endian."""
-        every = np.concatenate([self.row, self.packets.ravel()])
+        """The snapshot as pages get it: the row, then the packets, little-endian."""
+        wide = len(self.row) - self.narrow
+        poses = np.pad(self.row[wide:].astype("<f4"), (0, self.narrow % 2)).view("<f8")
+        every = np.concatenate([self.row[:wide], poses, self.packets.ravel()])
         return every.astype("<f8", copy=False).tobytes()
 
 
@@ -126,7 +132,7 @@ class Outgoing:
             row[self._low] = np.fmin(row[self._low], before.row[self._low])
             row[self._high] = np.fmax(row[self._high], before.row[self._high])
             packets = np.concatenate([before.packets, snapshot.packets])[-MOST_PACKETS:]
-            snapshot = Snapshot(row, packets)
+            snapshot = Snapshot(row, packets, snapshot.narrow)
         self._waiting = snapshot
 
     def take(self) -> bytes | None:

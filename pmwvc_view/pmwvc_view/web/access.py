@@ -68,15 +68,10 @@ def new_token() -> str:
 
 
 def page_file(path: str) -> tuple[bytes, str] | None:
-    """Return content and type of the file that a path of the page's address names; None where
-    there is none.
-
-    Only files directly in the folder are named by their own names: a path that leads anywhere
-    else names none of them.
-    """
+    """Return content and type of the page's file with just this path below its folder, or None."""
     name = "index.html" if path == "/" else path.removeprefix("/")
-    files = (file for file in PAGE.iterdir() if file.name == name and file.suffix in TYPES)
-    return next(((file.read_bytes(), TYPES[file.suffix]) for file in files), None)
+    file = {each.relative_to(PAGE).as_posix(): each for each in PAGE.rglob("*.*")}.get(name)
+    return (file.read_bytes(), TYPES[file.suffix]) if file and file.suffix in TYPES else None
 
 
 class Access:

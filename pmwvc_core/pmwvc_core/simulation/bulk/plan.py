@@ -56,16 +56,11 @@ def network_of(scenario: Scenario) -> Network:
     """Return what decides on the plan of a scenario."""
     users, tick_s = scenario.users, scenario.tick_s
     links = tuple((user.link_up, user.link_down) for user in users)
-    return Network(
-        links,
-        scenario.seed if any(is_random(link) for both in links for link in both) else 0,
-        round(scenario.duration_s / tick_s),
-        round(tick_s * 1e9),
-        tuple(user.master.rate_drop for user in users),
-        scenario.period_ticks,
-        scenario.times.release_s,
-        scenario.dof,
-    )
+    seed = scenario.seed if any(is_random(link) for both in links for link in both) else 0
+    times = round(scenario.duration_s / tick_s), round(tick_s * 1e9)
+    rate_drops = tuple(user.master.rate_drop for user in users)
+    period_ticks, release_s = scenario.period_ticks, scenario.times.release_s
+    return Network(links, seed, *times, rate_drops, period_ticks, release_s, scenario.dof)
 
 
 @lru_cache(maxsize=8)
@@ -112,12 +107,9 @@ class _End:
         # It follows one sender all along: how long one may be silent decides on nothing here.
         self.inbox = Receiver(network.dof, period_s=period_s, timeout_s=network.release_s)
         self.link = SimulatedLink(
-            network.links[user][direction],
-            seed=(network.seed, user, direction),
-            inbox=self.inbox,
-            dof=network.dof,
-            direction=direction,
-        )
+            network.links[user][direction], seed=(network.seed, user, direction), inbox=self.inbox,
+            dof=network.dof, direction=direction,
+        )  # fmt: skip
         zero = 0.0 if network.dof == 1 else np.zeros(network.dof)
         self._head = (user + 1, SERVER_EPOCH + user)[direction], period_s, (zero, zero, 0.0, zero)
         self.rows: list[tuple[int, int, int, int, int]] = []

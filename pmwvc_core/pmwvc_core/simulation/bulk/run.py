@@ -24,7 +24,7 @@ from pmwvc_core.plant.forces import task_of
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
-from pmwvc_core.server.environments import LIBRARY as ENVIRONMENTS
+from pmwvc_core.server.environments import environment_of
 from pmwvc_core.simulation.bulk.loop import OF_PACKET, Book, Clock, EndParams, UserRun, session
 from pmwvc_core.simulation.bulk.plan import Network, Plan, network_of, plan_of
 from pmwvc_core.simulation.conditions import place_of
@@ -56,7 +56,7 @@ def can_run(scenario: Scenario) -> bool:
         and scenario.controller in LIBRARY
         and (not has_waves(scenario.controller) or server.coupling in COUPLINGS.library)
         and server.compensation in COMPENSATIONS.library
-        and server.environment in ENVIRONMENTS
+        and environment_of(server.environment).made is not None
     )
 
 

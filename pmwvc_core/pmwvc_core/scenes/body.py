@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A box that turns, slips and falls on a table, held between flat pads: an environment that
+answers an impedance, along three axes or along six.
+
+Of six axes, the last three are the turn of a handle, as the way of a point at the lever l from it:
+way l theta [m], force torque/l [N], so that b along all six is b l^2 about an axis, and power is
+power. World axes everywhere.
+
+In a step h all motion is by the mean velocities: v of the box and w in its own axes, V and W of
+the handles in world axes; a bar is the mean of both ends, J a contact's motion by them; a cube's
+inertia I is the same about all axes::
+
+    m (v1 - v0)/h = m g - sum Jv^T phi,   I (w1 - w0)/h = -sum Jw^T phi,
+    v = (v0 + v1)/2,   w = (w0 + w1)/2,   R1 = R0 cay(h w)
+    b V = drive - sum JV^T phi,           b l^2 W = l drive_r - sum JW^T phi
+
+A point of a pad moves over its face by D = q1 - q0, q = R^T (p - c) being where it is in the box,
+a corner of the box over the table by D = y1 - y0, y = c + R s. Both are exact in the velocities::
+
+    D = h (Rbar^T (V + W x abar) - Rbar^T v + rho x w),   rho = Rbar^T (pbar - cbar)
+    D = h (v + Rbar (w x s))
+
+so that phi . D is what the forces of :mod:`.pressing` take up, and energy balances at the port as
+exactly as the forces do (:mod:`.newton`). Equations: docs/theory.md 5.18.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenes.description import FORMAT
+from pmwvc_core.scenes.newton import Trial, balanced
+from pmwvc_core.scenes.pressing import Points, pressed, stored_j
+from pmwvc_core.scenes.turning import cayley, cross, quaternion
+from pmwvc_core.server.black_box import EnvironmentSetup
+
+POINTS = 3  # of a pad
+TABLE_N_M, TABLE_N_S_M = 2e4, 40.0  # at each corner
+THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
+GREY, WOOD = [0.6, 0.6, 0.6, 1.0], [0.8, 0.6, 0.3, 1.0]
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+
+
+class Poses(NamedTuple):
+    """Where box and handles are: the first is the box, ``(1 + users, 3)`` and ``(..., 3, 3)``."""
+
+    at: Array
+    turned: Array
+
+
+class Box:
+    """The box of ``server.object_mass`` and ``server.object_size_m``, on a table where it begins;
+    ``position``, ``velocity``, ``(dof,)``, are those of the box.
+    """
+
+    def __init__(self, setup: EnvironmentSetup) -> None:
+        if setup.dof not in (3, 6):
+            raise ParameterError(f"dof = {setup.dof}: environment 'body' has 3 or 6 axes")
+        server, own, users = setup.server, setup.server.body, setup.users
+        self._dof, self._lever_m, self._half_m = (
+            setup.dof,
+            server.lever_m,
+            0.5 * server.object_size_m,
+        )
+        self._mass, self._weight_n = server.object_mass, server.object_mass * own.gravity
+        inertia = self._mass * server.object_size_m**2 / 6.0
+        self._masses = np.array([self._mass] * 3 + [inertia] * 3)
+        angle = np.arange(POINTS) * (2.0 * np.pi / POINTS)
+        ring = own.pad_m * np.stack([0.0 * angle, np.cos(angle), np.sin(angle)], axis=-1)
+        outward = np.zeros((users, 3))
+        for user, side in enumerate(setup.sides):
+            outward[user, 0 if side else 2] = side or 1.0
+        rings = np.where(outward[:, None, :1] != 0.0, ring, ring[:, [2, 1, 0]])
+        self._ring = rings  # of every handle, in its own axes
+        self._corners = self._half_m * CORNERS
+        table = np.zeros((8, 3))
+        table[:, 2] = 1.0
+        share = 1.0 / POINTS
+        k = [contact.contact_stiffness * share for contact in setup.contacts]
+        damping = [contact.contact_damping * share for contact in setup.contacts]
+        self._pads = np.repeat(np.arange(users), POINTS)
+        self._points = Points(
+            normal=np.concatenate([outward[self._pads], table]),
+            depth=np.zeros(POINTS * users + 8),
+            bristle=np.zeros((POINTS * users + 8, 3)),
+            stiffness=np.concatenate([np.repeat(k, POINTS), np.full(8, TABLE_N_M)]),
+            damping=np.concatenate([np.repeat(damping, POINTS), np.full(8, TABLE_N_S_M)]),
+            friction=np.full(POINTS * users + 8, own.friction),
+            can_touch=np.concatenate([np.zeros(POINTS * users, bool), np.ones(8, bool)]),
+        )
+        sunk_m = self._weight_n / (4.0 * TABLE_N_M)
+        self._table_z = sunk_m - self._half_m
+        self._there = np.zeros(users, bool)
+        self._poses = Poses(np.zeros((1 + users, 3)), np.tile(np.eye(3), (1 + users, 1, 1)))
+        self._rates, self._guess = np.zeros(6), np.zeros(6 + setup.dof * users)
+        self._stored_j = stored_j(self._begun()[0])
+        self.heat_j = 0.0
+        self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
+        self._names = ["box", *(f"user{1 + user}" for user in range(users))]
+
+    @property
+    def energy(self) -> float:
+        """What it holds [J]: of motion, in contacts, and of its weight above the table."""
+        moving = 0.5 * float(np.sum(self._masses * self._rates**2))
+        return moving + self._stored_j + self._weight_n * float(self._poses.at[0, 2])
+
+    @property
+    def poses(self) -> dict[str, list[float]]:
+        """Where box and pads are, ``x y z`` [m] and quaternion ``w x y z``, by name."""
+        rows = zip(self._names, *self._poses, strict=True)
+        return {name: [*at.tolist(), *quaternion(turned)] for name, at, turned in rows}
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Shapes of table, box and pads, as those of :mod:`.description`."""
+        pads = np.abs(self._ring).max(axis=1) + THIN_M
+        sizes = [[TABLE_M, TABLE_M, THIN_M], [self._half_m] * 3, *pads.tolist()]
+        names = ["table", *self._names]
+        shapes = [
+            {"body": name, "kind": "box", "size": size, "at": [0.0] * 3, "turned": NOT_TURNED,
+             "rgba": WOOD if name == "box" else GREY, "user": max(user, -1)}
+            for user, (name, size) in enumerate(zip(names, sizes, strict=True), -2)
+        ]  # fmt: skip
+        table = [0.0, 0.0, self._table_z - THIN_M, *NOT_TURNED]
+        origin = [0.0] * 3
+        return {"format": FORMAT, "shapes": shapes, "fixed": {"table": table}, "origin": origin}
+
+    def join(self, user: int, position: Array) -> None:
+        """Put a handle where the avatar is, ``(dof,)`` [m]."""
+        self._there[user] = True
+        self._poses.at[1 + user] = position[:3]
+        turn = position[3:] / self._lever_m if self._dof > 3 else np.zeros(3)
+        self._poses.turned[1 + user] = Rotation.from_rotvec(turn).as_matrix()
+        self._points.can_touch[self._of(user)] = False
+
+    def leave(self, user: int) -> None:
+        """Take a handle away; what its contact held is lost."""
+        self._there[user] = False
+
+    def _of(self, user: int) -> slice:
+        return slice(POINTS * user, POINTS * (user + 1))
+
+    def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
+        """Go on by ``dt`` [s] with ``f = drive - impedance v`` at every handle; return the mean
+        velocities ``(users, dof)`` [m/s]. ``drive`` is ``(users, dof)`` [N], ``impedance``
+        ``(users,)`` [N s/m].
+        """
+        begun, at = self._begun()
+        slid_j = self._stored_j - stored_j(begun)  # of points off their face
+        scale = np.tile(np.repeat([1.0, self._lever_m], 3)[: self._dof], len(impedance))
+        wanted = np.concatenate([np.zeros(6), drive.ravel() * scale])
+        wanted[2] = -self._weight_n
+        wanted[:6] += 2.0 / dt * self._masses * self._rates
+        resists = np.concatenate(
+            [2.0 / dt * self._masses, np.repeat(impedance, self._dof) * scale**2]
+        )
+
+        def tried(x: Array, bound: Array | None) -> Trial:
+            poses = self._moved(x, dt)
+            after = pressed(begun, self._points_at(poses) - at, dt, bound)
+            by = self._by_velocities(poses)
+            missing = resists * x - wanted + np.tensordot(after.force, by, 2)
+            return Trial(x, missing, by, after, poses)
+
+        x, _, _, after, poses = balanced(tried, self._guess, resists, wanted, begun.friction, dt)
+        self._rates = 2.0 * x[:6] - self._rates
+        self._poses, self._guess = poses, x
+        self._points = begun._replace(bristle=after.bristle)
+        ended = self._points._replace(depth=self._depths(self._points_at(poses)))
+        self._stored_j, self.heat_j = stored_j(ended), self.heat_j + slid_j + after.heat_j
+        self.velocity = np.concatenate([x[:3], self._lever_m * (poses.turned[0] @ x[3:6])])[
+            : self._dof
+        ]
+        self.position = self.position + dt * self.velocity
+        return np.asarray(x[6:].reshape(-1, self._dof) * scale.reshape(-1, self._dof))
+
+    def _points_at(self, poses: Poses) -> Array:
+        """Return pads' points in the box's axes, its corners in the world's, ``(n, 3)`` [m]."""
+        (c, *_), (r, *_) = poses
+        rings = poses.at[1:, None] + self._ring @ poses.turned[1:].swapaxes(-1, -2)
+        return np.concatenate([(rings.reshape(-1, 3) - c) @ r, c + self._corners @ r.T])
+
+    def _depths(self, at: Array) -> Array:
+        face = np.where(np.arange(len(at)) < len(self._pads), self._half_m, self._table_z)
+        return np.asarray(face - np.sum(self._points.normal * at, axis=-1))
+
+    def _begun(self) -> tuple[Points, Array]:
+        """Return the points at the beginning of a step, and where they are. A point touches a face
+        that it came to from outside, and as long as it is over it.
+        """
+        at, pads = self._points_at(self._poses), len(self._pads)
+        depth, normal = self._depths(at), self._points.normal
+        flat = at - np.sum(normal * at, axis=-1, keepdims=True) * normal
+        over = np.max(np.abs(flat[:pads]), axis=-1) <= self._half_m
+        can_touch = self._points.can_touch.copy()
+        can_touch[:pads] = (
+            self._there[self._pads] & over & (can_touch[:pads] | (depth[:pads] <= 0.0))
+        )
+        return self._points._replace(depth=depth, can_touch=can_touch), at
+
+    def _moved(self, x: Array, h: float) -> Poses:
+        """Return the poses after a step by mean velocities."""
+        rates = x[6:].reshape(-1, self._dof)
+        at = self._poses.at + h * np.concatenate([x[None, :3], rates[:, :3]])
+        turned = self._poses.turned.copy()
+        turned[0] = turned[0] @ cayley(h * x[3:6])
+        if self._dof > 3:
+            turned[1:] = cayley(h * rates[:, 3:]) @ turned[1:]
+        return Poses(at, turned)
+
+    def _by_velocities(self, poses: Poses) -> Array:
+        """Return J ``(n, 3, unknowns)``: the rates of all points by the mean velocities."""
+        at, turned = (0.5 * (old + new) for old, new in zip(self._poses, poses, strict=True))
+        pads, dof, r = len(self._pads), self._dof, turned[0]
+        found = np.zeros((pads + len(CORNERS), 3, len(self._guess)))
+        arms = (self._ring @ turned[1:].swapaxes(-1, -2)).reshape(-1, 3)
+        rho = (at[1 + self._pads] + arms - at[0]) @ r
+        found[:pads, :, :3], found[:pads, :, 3:6] = -r.T, cross(rho)
+        found[pads:, :, :3], found[pads:, :, 3:6] = np.eye(3), -r @ cross(self._corners)
+        for point, user in enumerate(self._pads):
+            first = 6 + dof * user
+            found[point, :, first : first + 3] = r.T
+            if dof > 3:
+                found[point, :, first + 3 : first + 6] = -r.T @ cross(arms[point])
+        return found

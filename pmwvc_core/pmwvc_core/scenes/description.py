@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is constant in a scene, as plain JSON, and its files by content: with those of a recording
+a scene can be made again on any machine.
+"""
+
+import base64
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from posixpath import dirname, join, normpath
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+FORMAT = 1
+FIRST_HIDDEN = 3  # group of geoms that MuJoCo's own pictures leave out, and those above
+KINDS = {0: "plane", 2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
+NO_COLOR = (0.5, 0.5, 0.5, 1.0)  # what a geom without one has in MuJoCo
+MESH_DIGITS = 6  # of a point [m]
+
+
+def described(model: Any, data: Any, names: Sequence[str], whose: Sequence[int]) -> dict[str, Any]:
+    """Return shapes and fixed bodies of a compiled model: ``names`` of its bodies, and which user
+    holds each geom (-1: nobody).
+    """
+    poses = zip(names, data.xpos.tolist(), data.xquat.tolist(), model.body_weldid, strict=True)
+    return {
+        "format": FORMAT,
+        "shapes": [
+            _shape(model, geom, names) | {"user": int(whose[geom])}
+            for geom, kind in enumerate(model.geom_type.tolist())
+            if kind in KINDS and model.geom_group[geom] < FIRST_HIDDEN
+        ],
+        "fixed": {name: [*at, *turned] for name, at, turned, moves in poses if not moves},
+    }
+
+
+def _shape(model: Any, geom: int, names: Sequence[str]) -> dict[str, Any]:
+    kind, color = KINDS[int(model.geom_type[geom])], model.geom_rgba[geom]
+    if (material := int(model.geom_matid[geom])) >= 0 and np.allclose(color, NO_COLOR):
+        color = model.mat_rgba[material]
+    shape = {
+        "body": names[model.geom_bodyid[geom]],
+        "kind": kind,
+        "size": model.geom_size[geom].tolist(),
+        "at": model.geom_pos[geom].tolist(),
+        "turned": model.geom_quat[geom].tolist(),
+        "rgba": color.round(3).tolist(),
+    }
+    if kind == "mesh":
+        mesh = int(model.geom_dataid[geom])
+        for name, of, entries in (
+            ("points", "vert", model.mesh_vert.astype(float).round(MESH_DIGITS)),
+            ("faces", "face", model.mesh_face),
+        ):
+            first, count = (getattr(model, f"mesh_{of}{each}")[mesh] for each in ("adr", "num"))
+            shape[name] = entries[first : first + count].tolist()
+    return shape
+
+
+def files_of(file: Path) -> dict[str, str]:
+    """Return a scene file and all that it names but textures, by path from its folder (base64):
+    what it includes, its meshes and height fields.
+    """
+    folder, texts, places, named = file.parent, [file.name], {""}, {file.name}
+    for text in texts:  # grows: what is included may include
+        try:
+            elements = [*ElementTree.fromstring((folder / text).read_bytes()).iter()]
+        except (ElementTree.ParseError, OSError):  # MuJoCo reads more than is XML
+            continue
+        for each in elements:
+            if each.tag == "compiler":
+                places |= {each.get(name, "") for name in ("meshdir", "assetdir")}
+            elif each.tag != "texture" and (name := each.get("file")):
+                beside = join(dirname(text), name)
+                named |= {name, beside}
+                if each.tag in ("include", "model"):
+                    at = beside if (folder / beside).is_file() else name
+                    texts += [at] if at not in texts else []
+    paths = {normpath(join(place, name)) for name in named for place in places}
+    there = (path for path in paths if (folder / path).is_file())
+    found = sorted(there, key=lambda path: (path != file.name, path))
+    return {path: base64.b64encode((folder / path).read_bytes()).decode() for path in found}
+
+
+@contextmanager
+def as_described(scenario: Any, server: Any) -> Iterator[Any]:
+    """Yield a scenario with the scene of the server's traces, whatever became of its files; they
+    are written into a folder that lasts as long as the block.
+    """
+    files = server.scene.get("files") if server is not None else None
+    if not files:
+        yield scenario
+        return
+    with tempfile.TemporaryDirectory(prefix="pmwvc-scene-") as root:
+        # A path may lead out of the scene's folder, never out of this one.
+        above = max((Path(normpath(path)).parts.count("..") for path in files), default=0)
+        folder = Path(root, *["in"] * above)
+        for path, content in files.items():
+            target = folder / normpath(path).lstrip("/")
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(base64.b64decode(content))
+        scene = str(folder / next(iter(files)))
+        yield replace(scenario, server=replace(scenario.server, scene=scene))

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Velocities for which forces balance, where points press and rub: Newton's method.
+
+::
+
+    missing(x) = a x - wanted + sum J^T phi(h J x) = 0
+
+A part of Newton's step is taken that comes nearer, or the whole one where none does: friction,
+bounded by mu F, has slopes of no potential. Where that does not settle (1 in 2000 steps with mu
+above 1), friction is bounded by what presses in the last round. The forces then have a potential,
+and a step is taken that does not go far beyond its least value along the way.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenes.pressing import Pressed
+
+SETTLED = 1e-12  # of what is wanted
+MOST_ROUNDS, MOST_HALVINGS = 30, 12
+
+
+class Trial(NamedTuple):
+    """Velocities ``(k,)``, what is missing to balance ``(k,)``, J ``(n, 3, k)``, the points, and
+    the poses that the velocities lead to.
+    """
+
+    x: Array
+    missing: Array
+    by: Array
+    after: Pressed
+    poses: Any
+
+
+def balanced(
+    tried: Callable[[Array, Array | None], Trial], start: Array, resists: Array, wanted: Array,
+    friction: Array, h: float,
+) -> Trial:  # fmt: skip
+    """Return the trial that balances, from ``tried(x, bound)``; ``resists`` is a ``(k,)``, mu
+    ``(n,)``. RuntimeError where none was found.
+    """
+
+    def size(trial: Trial) -> float:
+        return float(np.sum(trial.missing**2 / resists))
+
+    enough, bound, trial = (
+        SETTLED**2 * float(np.sum(wanted**2 / resists)),
+        None,
+        tried(start, None),
+    )
+    for number in range(2 * MOST_ROUNDS):
+        if size(trial) <= enough:
+            return trial
+        if number == MOST_ROUNDS:
+            bound = friction * trial.after.pressing
+            trial = tried(trial.x, bound)
+        rows = trial.by.reshape(-1, len(trial.x))
+        slope = np.diag(resists) + h * rows.T @ (trial.after.slope @ trial.by).reshape(rows.shape)
+        change = np.linalg.solve(slope, trial.missing)
+        for part in (*0.5 ** np.arange(MOST_HALVINGS), 1.0):
+            then = tried(trial.x - part * change, bound)
+            beyond = then.missing @ change < -0.5 * (trial.missing @ change)
+            if size(then) < size(trial) if bound is None else not beyond:
+                break
+        trial = then
+    raise RuntimeError("the contacts of the box did not come to balance")

@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Rotations as matrices, and how they change in a step.
+
+Cayley's step is a rotation for any rate, and moves R linearly in the mean of both ends::
+
+    cay(a) = (1 - [a]/2)^-1 (1 + [a]/2),   R1 = R0 cay(a)  <=>  R1 - R0 = (R0 + R1)/2 [a]
+                                           R1 = cay(a) R0  <=>  R1 - R0 = [a] (R0 + R1)/2
+
+with [a] b = a x b; it turns by 2 atan(|a|/2). Equations: docs/theory.md 5.18.
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pmwvc_core.numeric import Array
+
+
+def cross(a: Array) -> Array:
+    """Return [a], ``(..., 3, 3)``, of vectors ``(..., 3)``."""
+    zero = np.zeros_like(a[..., 0])
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*a.shape, 3)
+
+
+def cayley(a: Array) -> Array:
+    """Return cay(a), ``(..., 3, 3)``."""
+    half = 0.5 * cross(a)
+    return np.asarray(np.linalg.solve(np.eye(3) - half, np.eye(3) + half))
+
+
+def quaternion(r: Array) -> list[float]:
+    """Return a rotation ``(3, 3)`` as a unit quaternion ``w x y z``, w >= 0."""
+    x, y, z, w = Rotation.from_matrix(r).as_quat(canonical=True).tolist()
+    return [w, x, y, z]

@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A box that turns, slips and falls between pads: energy of every step, friction, turning."""
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.server import BodyParams
+from pmwvc_core.scenes.body import Box
+from pmwvc_core.scenes.pressing import Points, pressed, stored_j
+from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.simulation.session import simulate
+
+G, H, LEVER_M = 9.81, 0.008, 0.05
+SIDES = -1, 1, 0, -1
+
+
+def box(users=2, dof=6, *, mass=0.2, stiffness=2000.0, damping=10.0, **own):
+    """Return a box with pads at its faces: left, right, top, left."""
+    server = ServerParams(
+        coupling="unknown", environment="body", object_mass=mass, body=BodyParams(**own)
+    )
+    contact = ContactParams(contact_stiffness=stiffness, contact_damping=damping)
+    made = Box(EnvironmentSetup(dof, H, SIDES[:users], server, (contact,) * users))
+    for user, side in enumerate(SIDES[:users]):
+        made.join(user, facing(side, dof) * 0.0301)
+    return made
+
+
+def facing(side, dof):
+    """Return the outward normal of a side's face."""
+    return np.eye(dof)[0] * side if side else np.eye(dof)[2]
+
+
+def squeezed(made, squeeze, seconds, *, b=25.0, lift_m=0.0):
+    """Press with a squeeze [N] and follow a lift; return places of the first pad and the box."""
+    users, dof = len(made._there), made._dof
+    x, v, places = np.zeros((users, dof)), np.zeros((users, dof)), []
+    for step in range(round(seconds / H)):
+        wanted = np.zeros(dof)
+        wanted[2] = lift_m * min(max(step * H - 1.0, 0.0), 1.0)
+        push = 1000.0 * (wanted - x) - 5.0 * v
+        push[:, 0] = [-side * squeeze for side in SIDES[:users]]
+        v = made.meet(push + b * v, np.full(users, b), H)
+        x = x + H * v
+        places.append((x[0].copy(), made.position.copy()))
+    return places
+
+
+@settings(max_examples=20, deadline=None, phases=[Phase.generate])  # to shrink takes minutes
+@given(
+    seed=st.integers(0, 2**32 - 1), users=st.integers(1, 4), dof=st.sampled_from([3, 6]),
+    stiffness=st.floats(100.0, 1e6), damping=st.sampled_from([0.0, 1.0, 10.0, 100.0]),
+    friction=st.floats(0.0, 1.5), mass=st.floats(0.05, 2.0), b=st.floats(5.0, 80.0),
+)  # fmt: skip
+def test_what_goes_in_is_held_or_heat_in_every_step(seed, users, dof, b, **values):
+    """Sticking, slipping, tumbling, impacts: the balance to rounding, and no heat comes back."""
+    rng = np.random.default_rng(seed)
+    made = box(users, dof, **values)
+    amplitude, phase = rng.uniform(0.0, 6.0, (users, dof)), rng.uniform(0.0, 6.3, (users, dof))
+    bias = -4.0 * np.array([facing(side, dof) for side in SIDES[:users]])
+    given_j, before_j, moved_j, heat_j = 0.0, made.energy, 0.0, 0.0
+    for step in range(120):
+        drive = bias + amplitude * np.sin(10.0 * step * H + phase)
+        v = made.meet(drive, np.full(users, b), H)
+        power = (drive - b * v) * v
+        given_j += H * power.sum()
+        moved_j += H * np.abs(power).sum()
+        assert abs(given_j - (made.energy - before_j) - made.heat_j) < 1e-9 * (1.0 + moved_j)
+        assert made.heat_j > heat_j - 1e-12 * (1.0 + moved_j)
+        heat_j = made.heat_j
+
+
+def points(rng, count):
+    """Return points of any state over any surface."""
+    normal = rng.normal(size=(count, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    bristle = rng.normal(0.0, 1e-3, (count, 3))
+    bristle -= np.sum(bristle * normal, axis=1, keepdims=True) * normal
+    return Points(
+        normal, rng.normal(0.0, 1e-3, count), bristle, 10 ** rng.uniform(2.0, 6.0, count),
+        rng.choice([0.0, 10.0], count), rng.uniform(0.0, 1.5, count), rng.random(count) < 0.9,
+    )  # fmt: skip
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_point_makes_no_energy_whatever_its_motion(seed):
+    """With the control: the force at the beginning of the step makes some."""
+    rng = np.random.default_rng(seed)
+    p, motion = points(rng, 40), rng.normal(0.0, 1e-3, (40, 3))
+    scale_j = float(np.sum(p.stiffness) * 1e-6)
+    assert pressed(p, motion, H).heat_j > -1e-12 * scale_j
+    force = pressed(p, motion, H)
+    cone = np.linalg.norm(force.force + force.pressing[:, None] * p.normal, axis=1)
+    assert (cone <= p.friction * force.pressing + 1e-9).all()
+    still = pressed(p._replace(damping=0.0 * p.damping), 0.0 * motion, H).force
+    depth = p.depth - np.sum(p.normal * motion, axis=1)
+    smooth = p._replace(friction=0.0 * p.friction, bristle=0.0 * p.bristle)
+    gained_j = stored_j(smooth._replace(depth=depth)) - stored_j(smooth)
+    pushed_j = np.sum(still * p.normal * np.sum(p.normal * motion, axis=1)[:, None])
+    assert pushed_j - gained_j < 0.0
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_slope_of_a_point_is_that_of_its_force(seed):
+    rng = np.random.default_rng(seed)
+    p, motion = points(rng, 20), rng.normal(0.0, 1e-3, (20, 3))
+    change = rng.normal(0.0, 1e-10, (20, 3))
+    middle = pressed(p, motion, H)
+    ends = [pressed(p, motion + sign * change, H).force for sign in (1.0, -1.0)]
+    expected = (middle.slope @ change[:, :, None])[:, :, 0]
+    near = np.abs(0.5 * (ends[0] - ends[1]) - expected).max(axis=1)
+    assert np.median(near / (1e-12 + np.abs(expected).max(axis=1))) < 1e-3  # off the edges
+
+
+@pytest.mark.parametrize("dof", [3, 6])
+@pytest.mark.parametrize(("mass", "mu"), [(0.2, 0.6), (2.0, 0.6), (0.2, 1.2)])
+@pytest.mark.parametrize("spare", [0.9, 1.15])
+def test_two_pads_lift_what_friction_holds(dof, mass, mu, spare):
+    """Coulomb: 2 mu N against the weight; what is held does not creep."""
+    made = box(2, dof, mass=mass, friction=mu)
+    places = squeezed(made, spare * 0.5 * mass * G / mu, 4.0, lift_m=0.04)
+    slipped = [float(pad[2] - middle[2]) for pad, middle in places]
+    if spare > 1.0:
+        sags_m = 0.5 * mass * G * (1.0 / 1000.0 + 1.0 / 2000.0)  # of hand and contact
+        assert places[-1][1][2] == pytest.approx(0.04 - sags_m, abs=5e-4)
+        assert abs(slipped[-1] - slipped[-126]) < 1e-4
+    else:
+        assert places[-1][1][2] < 2e-3
+
+
+def test_a_box_between_two_pads_turns_as_they_do():
+    """Free of weight, both pads twist about the axis between them: rate drive/(b l)."""
+    made, drive = box(2, gravity=0.0), np.zeros((2, 6))
+    drive[:, 0], drive[:, 2] = (5.0, -5.0), 0.5
+    for _ in range(125):
+        made.meet(drive, np.full(2, 20.0), H)
+    drive[:, 2] = 0.0
+    turn = Rotation.from_quat(np.roll(made.poses["box"][3:], -1))
+    assert turn.magnitude() < 1e-9
+    drive[:, 3] = 0.5
+    seconds = 2.0
+    for _ in range(round(seconds / H)):
+        made.meet(drive, np.full(2, 20.0), H)
+    rate = 0.5 / (20.0 * LEVER_M)
+    turned = [
+        Rotation.from_quat(np.roll(pose[3:], -1)).as_rotvec() for pose in made.poses.values()
+    ]
+    for pad in turned[1:]:
+        np.testing.assert_allclose(pad, turned[0], atol=0.05)
+    assert turned[0][0] == pytest.approx(rate * seconds, abs=0.05)
+    assert made.position[3] / LEVER_M == pytest.approx(turned[0][0], abs=1e-5)
+    assert made.velocity[3] / LEVER_M == pytest.approx(rate, rel=1e-3)
+
+
+@pytest.mark.parametrize("spare", [0.8, 1.2])
+def test_a_pad_twists_off_above_mu_times_force_times_its_radius(spare):
+    press, mu, pad_m = 5.0, 0.5, 0.01
+    made, drive = box(2, gravity=0.0, friction=mu, pad_m=pad_m), np.zeros((2, 6))
+    drive[:, 0] = press, -press
+    drive[:, 3] = np.array([1.0, -1.0]) * spare * mu * press * pad_m / LEVER_M
+    for _ in range(500):
+        v = made.meet(drive, np.full(2, 20.0), H)
+    if spare < 1.0:
+        assert abs(v[0, 3]) < 1e-6
+    else:  # the bristles are a tenth of the radius
+        assert v[0, 3] == pytest.approx(drive[0, 3] * (1.0 - 1.0 / spare) / 20.0, rel=0.05)
+
+
+def test_hands_turn_a_box_over_a_network():
+    traces = simulate([load("turn", duration_s=6.0)])[0]
+    poses = {name: Rotation.from_quat(np.roll(rows[-1, 3:], -1)) for name, rows in
+             traces.server.poses.items()}  # fmt: skip
+    assert set(poses) == {"box", "user1", "user2"}
+    for turned in poses.values():
+        np.testing.assert_allclose(turned.as_rotvec(), [0.0, 0.0, 0.5], atol=0.03)
+    assert traces.server.poses["box"][-1, 2] > 0.02
+
+
+def test_four_axes_are_refused():
+    server = ServerParams(coupling="unknown", environment="body")
+    setup = EnvironmentSetup(4, H, (-1,), server, (ContactParams(),))
+    with pytest.raises(ParameterError, match=r"dof = 4: environment 'body' has 3 or 6 axes"):
+        Box(setup)
