@@ -58,6 +58,8 @@ def test_a_planar_chain_is_where_its_closed_form_is(one, two):
     x, jacobian = hand_of(rows, np.array([one, two]))
     s1, c1, s12, c12 = np.sin(one), np.cos(one), np.sin(one + two), np.cos(one + two)
     np.testing.assert_allclose(x, [0.2 * c1 + 0.1 * c12, 0.2 * s1 + 0.1 * s12, 0.03], atol=1e-15)
+    turned = [("a", 0.2, 0.0, 0.0, one, 1.0), ("b", 0.1, 0.0, 0.03, two, 2.0)]
+    np.testing.assert_allclose(hand_of(turned, np.zeros(2))[0], x, atol=1e-15)
     expected = [[-0.2 * s1 - 0.1 * s12, -0.1 * s12], [0.2 * c1 + 0.1 * c12, 0.1 * c12], [0, 0]]
     np.testing.assert_allclose(jacobian, expected, atol=1e-15)
 
@@ -84,6 +86,9 @@ class Arm:
 
     config_class = Config
     is_calibrated, takes, wrong = True, True, ""
+    feedback_features = dict.fromkeys(
+        f"{joint}.{word}" for joint in ("shoulder", "elbow") for word in ("torque", "effort")
+    )
     made = None
 
     def __init__(self, config):
@@ -140,25 +145,28 @@ def until(there):
         time.sleep(0.001)
 
 
+def pushed(device, f_m, key="shoulder.torque"):
+    """Push, as a loop that does not stall, until the arm has it; return the torques."""
+    arm, f_m = type(device._arm).made, np.array(f_m)
+    until(lambda: device.write(f_m) or arm.sent[-1][key] != 0.0)
+    return next(each for each in arm.sent if each[key] != 0.0)
+
+
 def test_the_hand_is_where_the_joints_are_and_torques_are_those_of_the_force(lab):
     device = lab()
     sample = device.read(time.monotonic_ns())
     np.testing.assert_allclose(sample.x, [0.1, 0.2], atol=1e-12)
     assert device.info.max_force == 3 and sample.valid
-    arm = lab.kind.made
-    device.write(np.array([-2.0, -1.0]))  # pushes the hand with (2, 1) N
-    until(lambda: arm.sent[-1]["shoulder.torque"] != 0.0)
+    sent = pushed(device, [-2.0, -1.0])  # (2, 1) N on the hand
     expected = np.array([[-0.2, 0.1], [0.0, 0.1]]) @ [2.0, 1.0]  # J^T f at 90 and -90 degrees
-    device.write(np.array([-2.0, -1.0]))
-    np.testing.assert_allclose([*arm.sent[-1].values()], expected, atol=1e-12)
-    assert list(arm.sent[-1]) == ["shoulder.torque", "elbow.torque"]
+    np.testing.assert_allclose([*sent.values()], expected, atol=1e-12)
+    assert list(sent) == ["shoulder.torque", "elbow.torque"]
 
 
 def test_a_loop_that_stalls_leaves_no_torque_and_close_takes_it_away(lab):
     device = lab(feedback="effort")
     arm = lab.kind.made
-    device.write(np.array([1.0, 0.0]))
-    until(lambda: arm.sent[-1]["shoulder.effort"] != 0.0)
+    pushed(device, [1.0, 0.0], "shoulder.effort")
     until(lambda: not any(arm.sent[-1].values()))
     device.write(np.array([1.0, 0.0]))
     device.close()
@@ -182,7 +190,9 @@ def test_velocities_are_the_slope_of_the_hand(lab):
 def test_an_arm_that_fails_is_asked_again_and_its_samples_are_invalid(lab):
     device = lab()
     arm = lab.kind.made
+    pushed(device, [1.0, 0.0])
     arm.wrong = "cable"
+    until(lambda: not any(arm.sent[-1].values()))
     at_ns = device.read(time.monotonic_ns()).measured_ns
 
     def valid():
@@ -206,6 +216,8 @@ def test_an_arm_that_fails_is_asked_again_and_its_samples_are_invalid(lab):
         ({}, {"config": "speed=3"}, "cannot be opened: TypeError"),
         ({}, {"config": "port"}, "cannot be opened: ValueError"),
         ({"is_calibrated": False}, {}, r"LabArm', .*lab0' is not calibrated: lerobot-calibrate"),
+        ({"feedback_features": {}}, {}, r"takes no elbow\.torque, but nothing"),
+        ({}, {"feedback": "pos"}, r"takes no elbow\.pos, but \['shoulder\.torque', "),
         ({"takes": False}, {}, "cannot be opened: NotImplementedError"),
         ({"wrong": "no port"}, {}, "'port=/dev/lab0' cannot be opened: ConnectionError: no"),
         ({}, {"model": ""}, r"lerobot\.model = '': must be a YAML file with a profile"),

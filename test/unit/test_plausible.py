@@ -90,8 +90,18 @@ def test_the_ratio_is_that_of_the_two_motions():
         x, xd = 0.1 * tick * 1e-3, 0.15
         found.append(slope.add(tick * TICK_NS, x, xd))
     assert [each for each in found if each is not None] == [pytest.approx(1.5)]
-    slope.add(0, 0.0, 0.0)  # time that goes back, or a gap, begins anew
-    assert slope.add(10**9, 1.0, 0.0) is None
+
+
+def test_a_gap_and_a_time_that_goes_back_are_no_motion():
+    """The handle jumps by 10 cm in gaps of 30 ms, ten times a second."""
+    slope, now_ns, x, found = Slope(), 0, 0.0, []
+    for tick in range(3000):
+        gap = tick % 70 == 0
+        now_ns, x = now_ns + (30 if gap else 1) * TICK_NS, x + (0.1 if gap else 1e-4)
+        found.append(slope.add(now_ns, x, 0.15))
+    ratios = [each for each in found if each is not None]
+    assert len(ratios) == 4 and ratios == pytest.approx([1.5] * 4)
+    assert slope.add(0, 0.0, 0.15) is None
 
 
 @pytest.mark.parametrize("dof", [1, 3])

@@ -40,6 +40,11 @@ def until(there):
         time.sleep(0.001)
 
 
+def pushed(device, f_m, there):
+    """Push, as a loop that does not stall, until something is so."""
+    until(lambda: device.write(f_m) or there())
+
+
 def newest(fake, device):
     """Return a sample that was measured after now, in the library's thread."""
     frames = fake["frames"]
@@ -53,8 +58,7 @@ def test_one_axis_is_the_devices_x_in_metres(fake):
     assert (sample.x, sample.xd, sample.valid) == (0.01, 0.1, True)
     age_ns = time.monotonic_ns() - sample.measured_ns
     assert 0 <= age_ns < 10 * STALE_NS
-    device.write(1.5)
-    until(lambda: list(fake.vector("force")) == [-1.5, 0.0, 0.0])
+    pushed(device, 1.5, lambda: list(fake.vector("force")) == [-1.5, 0.0, 0.0])
 
 
 def test_three_axes_are_right_forwards_and_up_for_motion_and_force(fake):
@@ -62,8 +66,7 @@ def test_three_axes_are_right_forwards_and_up_for_motion_and_force(fake):
     sample, f_m = newest(fake, device), np.array([1.0, -2.0, 0.5])
     np.testing.assert_allclose(sample.x, [0.01, -0.03, 0.02])
     np.testing.assert_allclose(sample.xd, [0.1, -0.4, 0.2])
-    device.write(f_m)
-    until(lambda: any(fake.vector("force")))
+    pushed(device, f_m, lambda: any(fake.vector("force")))
     work = 1e-3 * np.dot(fake.vector("force"), fake.vector("velocity"))
     assert work == pytest.approx(-f_m @ sample.xd)
 
@@ -83,11 +86,9 @@ def test_a_sample_is_new_once_and_invalid_when_the_thread_stalls(fake):
 
 def test_a_loop_that_stalls_pushes_nobody(fake):
     device = fake.opened()
-    device.write(2.0)
-    until(lambda: fake.vector("force")[0] == -2.0)
-    until(lambda: fake.vector("force")[0] == 0.0)  # nobody writes
-    device.write(2.0)
-    until(lambda: fake.vector("force")[0] == -2.0)
+    for _ in range(2):
+        pushed(device, 2.0, lambda: fake.vector("force")[0] == -2.0)
+        until(lambda: fake.vector("force")[0] == 0.0)  # nobody writes
 
 
 def test_an_error_of_the_library_makes_a_sample_invalid(fake):
@@ -179,8 +180,7 @@ def test_two_devices_are_told_apart_by_name_and_serial_number(fake, tmp_path):
         other.vector("position")[0] = -50.0
         until(lambda: right.read(time.monotonic_ns()).x == -0.05)
         assert left.read(time.monotonic_ns()).x == 0.01
-        right.write(1.0)
-        until(lambda: other.vector("force")[0] == -1.0)
+        pushed(right, 1.0, lambda: other.vector("force")[0] == -1.0)
         assert fake.vector("force")[0] == 0.0
 
 

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """An arm of LeRobot: any Teleoperator with ``get_action`` and ``send_feedback``, in a thread.
 
-Rows of Denavit and Hartenberg: name, a [m], alpha [rad], d [m], theta [rad] at zero, rad per unit
-of the action; the hand is at the last origin::
+Rows (Denavit and Hartenberg): name, a [m], alpha [rad], d [m], theta [rad] at 0, rad per unit::
 
     T = prod Rz(theta) Tz(d) Tx(a) Rx(alpha),   v = J dq/dt,   tau = J^T f,   tau . dq/dt = f . v
 """
 
 import contextlib
-import importlib
 import importlib.util
 import threading
 import time
@@ -28,20 +26,18 @@ from pmwvc_master.devices.profile import ORIGIN
 from pmwvc_master.devices.vendor import Measurement, ThreadedDevice, VendorParams
 
 PAUSE_S = 1.0  # after an error
-SO101 = "lerobot.teleoperators.so101_leader:SO101Leader"
 
 
 def hand_of(joints: Sequence[Any], action: Array) -> tuple[Array, Array]:
     """Return position (3,) and Jacobian (3, joints) of the hand, in axes of the base."""
-    x, turned, axes, origins = np.zeros(3), np.eye(3), [], []
+    x, turned, poles = np.zeros(3), np.eye(3), []
     for (_, a, alpha, d, zero, scale), units in zip(joints, action, strict=True):
-        axes.append(turned[:, 2])
-        origins.append(x)
+        poles.append((turned[:, 2], x))
         theta = zero + scale * units
         c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
         x = x + turned @ [a * c, a * s, d]
         turned = turned @ [[c, -s * ca, s * sa], [s, c * ca, -c * sa], [0.0, sa, ca]]
-    return x, np.array([np.cross(z, x - at) for z, at in zip(axes, origins, strict=True)]).T
+    return x, np.array([np.cross(z, x - at) for z, at in poles]).T
 
 
 @dataclass(frozen=True)
@@ -49,7 +45,7 @@ class LerobotParams(VendorParams):
     """Parameters of the node besides those of every device."""
 
     model: str = fixed("", "-", "YAML file with the arm's profile: its joints, what it can do")
-    teleoperator: str = fixed(SO101, "-", "its class, as module:name")
+    teleoperator: str = fixed("", "-", "its class, as module:name")
     config: str = fixed("", "-", "its configuration, as 'port=/dev/ttyACM0 id=left'")
     feedback: str = fixed("torque", "-", "end of the names of a joint's feedback, in N m")
     axes: str = fixed("x y z", "-", "axes of the base that are axes 0, 1, 2 of the world")
@@ -64,6 +60,7 @@ class LerobotDevice(ThreadedDevice[LerobotParams]):
             rows: list[Any] = list(self._profile.joints)
             self._joints = [(n, +a, +b, +c, +d, +e) for n, a, b, c, d, e in rows]
             self._names = [str(name) for name, *_ in rows]
+            self._keys = [f"{name}.{self._params.feedback}" for name in self._names]
         self._arm: Any = None
         self._ended, self._thread = threading.Event(), threading.Thread(target=self._serve)
 
@@ -87,6 +84,10 @@ class LerobotDevice(ThreadedDevice[LerobotParams]):
                 self._arm.connect(calibrate=False)
                 if not self._arm.is_calibrated:
                     raise DeviceError(f"{where} is not calibrated: lerobot-calibrate")
+                if lacks := set(self._keys) - set(takes := self._arm.feedback_features):
+                    raise DeviceError(
+                        f"{where} takes no {min(lacks)}, but {[*takes] or 'nothing'}"
+                    )
                 self._exchange()
             self._thread.start()
             self._await_first()
@@ -105,8 +106,7 @@ class LerobotDevice(ThreadedDevice[LerobotParams]):
         self._push(jacobian.T @ self._force(now_ns))
 
     def _push(self, torques: Array) -> None:
-        keys = (f"{name}.{self._params.feedback}" for name in self._names)
-        self._arm.send_feedback(dict(zip(keys, torques.tolist(), strict=True)))
+        self._arm.send_feedback(dict(zip(self._keys, torques.tolist(), strict=True)))
 
     def _serve(self) -> None:
         while not self._ended.is_set():

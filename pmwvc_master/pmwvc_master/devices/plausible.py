@@ -20,7 +20,7 @@ from pmwvc_master.devices import HapticDevice
 
 FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
 BLOCK_NS, SECOND_NS = 20_000_000, 1_000_000_000
-MOVED_M2 = 50 * 0.0005**2  # sum of D . D of a second in which something moved
+MOVED_M2 = 50 * 0.0003**2  # sum of D . D of a second in which something moved
 OFF, SPAN = 2.0, 5  # ratio from which, or its inverse, velocities are estimated; of samples
 
 
@@ -36,21 +36,21 @@ def beyond(x: Sequence[float] | Array, workspace_m: float | None) -> str:
 class Slope:
     """Velocities compared with the slope of positions."""
 
-    _last_ns: int | None = None
+    _last_ns = _begun_ns = _block_ns = -SECOND_NS
+    _vd = _dd = 0.0
+    _x: Value = 0.0
+    _moved: Value = 0.0
 
     def add(self, now_ns: int, x: Value, xd: Value) -> float | None:
         """Take a new sample; return the ratio at the end of a second with motion."""
         last_ns, self._last_ns = self._last_ns, now_ns
-        if last_ns is None or not 0 < now_ns - last_ns <= STALE_NS:
-            self._begun_ns = self._block_ns = now_ns
-            self._x, self._moved, self._vd, self._dd = x, 0.0 * xd, 0.0, 0.0
-            return None
-        self._moved = self._moved + xd * ((now_ns - last_ns) * 1e-9)
-        if now_ns - self._block_ns < BLOCK_NS:
-            return None
-        by = x - self._x
-        self._vd += float(flatten(dot(self._moved, by))[0])
-        self._dd += float(flatten(dot(by, by))[0])
+        if 0 < now_ns - last_ns <= STALE_NS:
+            self._moved = self._moved + xd * ((now_ns - last_ns) * 1e-9)
+            if now_ns - self._block_ns < BLOCK_NS:
+                return None
+            by = x - self._x
+            self._vd += float(flatten(dot(self._moved, by))[0])
+            self._dd += float(flatten(dot(by, by))[0])
         self._block_ns, self._x, self._moved = now_ns, x, 0.0 * xd
         if now_ns - self._begun_ns < SECOND_NS:
             return None
