@@ -52,14 +52,11 @@ class RecordedSession:
         traces, layout, packets, period_s = self._traces, self.layout, self.packets, self._period_s
         times = np.arange(0.0, traces.duration_s + 0.5 * period_s, period_s)
         links = [packets[packets[:, 0] == k, 2:4] for k in range(2 * len(layout.users))]
-        found = itertools.chain(samples(traces), self._targets(), *self._energies())
+        accounts = (energies(each, {}) for each in user_energies(traces, self._scenario))
+        found = itertools.chain(samples(traces), self._targets(), *accounts)
         rows = rows_of(times, layout, found, traces.users, links)
         rows[:, 0] = np.arange(1, len(times) + 1)
         return rows
-
-    def _energies(self) -> Iterator[Iterator[Samples]]:
-        for found in user_energies(self._traces, self._scenario):
-            yield energies(found, {})
 
     def _targets(self) -> Iterator[Samples]:
         for user, targets in self._traces.targets.items():

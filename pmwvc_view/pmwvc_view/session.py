@@ -166,10 +166,8 @@ class Session(ABC):
 
 def ramped(present: Scenario, wanted: Scenario, *, over_s: float) -> Scenario:
     """Return the scenario wanted, with delays as far from the present ones as may be after so
-    long [s]. Other settings of a link change once its delay is there.
-
-    A delay that grows at once leaves a gap as long as its growth; beyond the watchdog's patience
-    both hands would be dropped.
+    long [s]; other settings of a link change once its delay is there. A delay that grows at once
+    leaves a gap as long as its growth, beyond the watchdog's patience.
     """
     users = []
     for old, new in zip(present.users, wanted.users, strict=True):

@@ -179,6 +179,23 @@ def test_right_button_turns_the_view_and_holds_nothing(visit):
         assert not live.series("user1.held").any()
 
 
+def test_shift_turns_a_handle_of_six_axes_to_where_its_near_side_is_dragged(visit):
+    with served(FREE, users=1, name="lift_body") as live:
+        page = visit(live.address)
+        axes = [live.session.layout.slices["user1.x_m"].start + axis for axis in range(6)]
+        place = lambda: live.session.shown[-1].row[axes]  # noqa: E731
+        start, pointer = place(), Pointer(page)
+        pointer.press()
+        live.until(lambda: live.now("user1.held") == 1.0, "a closed hand")
+        page.keyboard.down("Shift")
+        pointer.move(0.02)
+        live.until(lambda: np.linalg.norm((place() - start)[3:]) > 0.01, "a turn")
+        moved = place() - start
+        assert np.linalg.norm(moved[:3]) < 0.1 * np.linalg.norm(moved[3:])
+        near, right = np.array([0.316, -0.865, 0.389]), np.array([0.939, 0.343, 0.0])
+        assert np.cross(moved[3:], near) @ right > 0.95 * np.linalg.norm(moved[3:])
+
+
 def test_two_fingers_turn_and_zoom_and_a_second_one_moves_a_held_handle_to_and_fro(visit):
     with served(FREE, users=1, name="cube_3d") as live:
         page = visit(live.address, has_touch=True)

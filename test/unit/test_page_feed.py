@@ -16,6 +16,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, UserTraces
 from pmwvc_view.feed import rows as rows_module
 from pmwvc_view.feed.feed import PATIENCE_S, Feed
+from pmwvc_view.feed.tape import joined, since
 from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
 from pmwvc_view.recorded import RecordedSession
@@ -322,6 +323,24 @@ def test_avatar_that_joined_elsewhere_is_noted_until_it_is_with_its_device(texts
     assert all(why in note for note in noted)
     assert "12.0 mm" in noted[0] or "10.0 mm" in noted[0]
     assert "since joining" not in notes[-1]  # 20 mm of a moving hand later are no such distance
+
+
+@pytest.mark.parametrize("start_s", [-1.0, 0.004, 0.02, 1.0])
+def test_contacts_stay_with_their_step(start_s):
+    """By the time that each contact holds as its place, in parts of 2, 0 and 1 contacts a step."""
+    parts = []
+    for at_ms, rows in ((0, [0, 0, 1]), (16, []), (32, [0, 1, 1])):
+        traces = [step(at_ms + 8 * n, ("user1",)) for n in (0, 1)]
+        places = [1e-3 * (at_ms + 8 * row) for row in rows]
+        contacts = np.array(
+            [[row, 0, -1, place, *[0] * 5] for row, place in zip(rows, places, strict=True)]
+        )
+        parts.append(replace(joined(traces), contacts=contacts.reshape(-1, 9)))
+    found = since(joined(parts), start_s)
+    times_s = found.time_s[found.contacts[:, 0].astype(int)]
+    assert times_s.tolist() == found.contacts[:, 3].tolist()
+    every = [0.0, 0.0, 0.008, 0.032, 0.04, 0.04]
+    assert found.contacts[:, 3] == pytest.approx([each for each in every if each > start_s])
 
 
 @pytest.mark.parametrize("bodies", [0, 1, 2, 7])

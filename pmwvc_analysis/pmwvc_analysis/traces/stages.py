@@ -102,8 +102,7 @@ def user_until(user: UserTraces, end_s: float) -> UserTraces:
     blocks = user.block_time_s <= end_s + 1e-9
     last_s = float(user.block_time_s[blocks][-1])
     found = with_rows(user, user.time_s < last_s - 0.5 * user.tick_s, blocks)
-    reasons = zip(user.reason, blocks, strict=True)
-    return replace(found, reason=[text for text, kept in reasons if kept])
+    return replace(found, reason=[user.reason[block] for block in np.flatnonzero(blocks)])
 
 
 def with_rows(table: Table, kept: Flags, blocks: Flags | None = None) -> Table:
@@ -112,7 +111,10 @@ def with_rows(table: Table, kept: Flags, blocks: Flags | None = None) -> Table:
     changed: dict[str, Any] = {}
     for each in fields(table):
         values = getattr(table, each.name)
-        if isinstance(values, np.ndarray) and len(values):
+        if each.name == "contacts":  # each names its row
+            rows = values[:, 0].astype(int)
+            changed[each.name] = np.c_[np.cumsum(kept)[rows] - 1, values[:, 1:]][kept[rows]]
+        elif isinstance(values, np.ndarray) and len(values):
             is_of_blocks = blocks is not None and each.name in OF_BLOCKS
             changed[each.name] = values[of_sums if is_of_blocks else kept]
         elif isinstance(values, dict):

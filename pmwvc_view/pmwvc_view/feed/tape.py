@@ -35,7 +35,11 @@ def joined(parts: Sequence[Traces]) -> Traces:
     found: dict[str, Any] = {}
     for name, value in vars(parts[-1]).items():
         every = [getattr(part, name) for part in parts]
-        if isinstance(value, np.ndarray):
+        if name == "contacts":  # each names its row
+            firsts = np.cumsum([0, *(len(ends_s(part)) for part in parts[:-1])])
+            found[name] = np.concatenate(every)
+            found[name][:, 0] += np.repeat(firsts, [len(each) for each in every])
+        elif isinstance(value, np.ndarray):
             found[name] = np.concatenate(every)
         elif isinstance(value, dict):  # an account may have come later
             zeros = [np.zeros(len(ends_s(part))) for part in parts]

@@ -3,7 +3,7 @@
 """The session of a page that runs as ROS nodes."""
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from rclpy.node import Node
@@ -77,7 +77,10 @@ class LiveSession(Session):
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
             before, after = self._values_of(present), self._values_of(step)
-            changes = {node: _different(before[node], after[node]) for node in after}
+            changes = {
+                node: {name: new for name, new in each.items() if new != before[node][name]}
+                for node, each in after.items()
+            }
             calls = [
                 self._graph.parameters.set(node, each) for node, each in changes.items() if each
             ]
@@ -110,8 +113,3 @@ class LiveSession(Session):
         for hand in self._hands.values():
             hand.give(None)
         super().close()
-
-
-def _different(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters of a node that differ."""
-    return {name: value for name, value in after.items() if value != before[name]}

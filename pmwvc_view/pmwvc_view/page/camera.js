@@ -55,6 +55,12 @@ export class Camera {
     return all.slice(0, this.dof);
   }
 
+  /** Turn of six axes for pixels: of what is near, to where they go; of the last three axes a metre is `scale` pixels. */
+  turning(dx, dy, scale) {
+    const [right, up] = this.axes();
+    return [0, 0, 0, ...right.map((_, axis) => (up[axis] * dx + right[axis] * dy) / scale)];
+  }
+
   /** Displacement [m] away from the eye. */
   inDepth(distance_m) { return this.axes()[2].map((each) => each * distance_m); }
 }

@@ -46,7 +46,8 @@ export function pointers(canvas, scene, hand, session, signal) {
     const every = [...down.values()], others = every.filter(({ handle }) => !handle);
     const holding = every.find(({ handle }) => handle);
     if (holding && hand.by !== "pointer") return;
-    if (holding) hand.move(camera.inPlane(...moved(holding), holding.handle.scale));
+    const turns = session.dof > 3 && holding?.now.shiftKey;
+    if (holding) hand.move(camera[turns ? "turning" : "inPlane"](...moved(holding), holding.handle.scale));
     for (const other of others) {
       const [dx, dy] = moved(other);
       if (holding) hand.move(camera.inDepth(-dy / holding.handle.scale));

@@ -46,7 +46,8 @@ class Page {
       gamepad(this.hand, session);
     }
     this.showAxes(session.dof);
-    document.body.dataset.axes = session.dof;
+    document.body.dataset.axes = Math.min(session.dof, 3);
+    document.body.toggleAttribute("data-turns", session.dof > 3);
     document.body.dataset.mode = session.mode;
     at("scenario").textContent = session.name.replaceAll("_", " ");
     at("scenario").title = session.description;

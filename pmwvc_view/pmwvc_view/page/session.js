@@ -70,13 +70,17 @@ export class Session {
     return this.count ? this.rows[this.start(0) + this.columns.get(column) + axis] : NaN;
   }
 
-  vector(column) {
-    return Array.from({ length: this.dof }, (_, axis) => this.value(column, axis));
+  /** A vector in space; of six axes the last three are a turn. */
+  vector(column, axes = Math.min(this.dof, 3)) {
+    return Array.from({ length: axes }, (_, axis) => this.value(column, axis));
   }
+
+  /** The part of a vector that is along x, y and z: what else there is of six axes are turns. */
+  point(column) { return this.vector(column).slice(0, 3); }
 
   /** Where a user's handle is [m]; null where that is not known: its master sent nothing yet, or nothing any more. */
   place(user) {
-    const found = this.vector(`${user}.x_m`);
+    const found = this.vector(`${user}.x_m`, this.dof);
     return found.every(Number.isFinite) ? found : null;
   }
 

@@ -68,12 +68,10 @@ class Layout:
         columns += [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
         self.narrow = POSE * len(bodies)
         self.columns = columns
-        self.slices: dict[str, slice] = {}
-        at = 0
-        for column in columns:
-            self.slices[column.name] = slice(at, at + column.values)
-            at += column.values
-        self.size = at
+        ends = np.cumsum([0, *(column.values for column in columns)]).tolist()
+        places = map(slice, ends, ends[1:])
+        self.slices = dict(zip([each.name for each in columns], places, strict=True))
+        self.size = ends[-1]
 
     def set(self, row: Array, values: Mapping[str, Any]) -> None:
         """Write values into a row by column name; None is not known."""
