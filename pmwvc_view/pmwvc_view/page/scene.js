@@ -62,6 +62,7 @@ export class Scene {
     where.forEach((place, i) => this.link(session.users[i].name, i, place, flow, now_s));
     if (this.bodies && !this.space) this.outlines();
     if (!this.bodies) this.server(size_m);
+    if (this.space) this.contacts();
     where.forEach((place, i) => this.avatar(session.users[i], i, place));
     where.forEach((place, i) => this.handle(session.users[i], i, place, hand));
     const all = where.map(({ handle }, user) => ({ user, ...handle }));
@@ -186,6 +187,17 @@ export class Scene {
     for (const [corners, { body, user }] of boxes.sort(([a], [b]) => near(a) - near(b))) {
       const fill = user < 0 && !bodies.fixed[body] ? theme.cube : undefined;
       box(context, camera, corners, below, { fill, stroke: user >= 0 ? theme.users[user % 8] : fill ? theme.object : theme.target });
+    }
+  }
+
+  /** Forces between the bodies of a scene, where they touch. */
+  contacts() {
+    const { context, camera, session, below } = this;
+    const most_n = Math.max(...session.users.map(({ force_limit }) => force_limit || 0));
+    for (const { point, force } of session.contacts()) {
+      const { x, y } = camera.project(point), at = { x: below.x + x, y: below.y + y };
+      disc(context, at.x, at.y, 2.5, { fill: theme.object });
+      this.force(at, force, most_n, theme.object, -2);
     }
   }
 
