@@ -11,6 +11,8 @@ from support.inverse_service import InverseService
 from support.played_server import USER, Server, master, signal
 from support.processes import refused, ros
 
+from pmwvc_core.errors import DeviceError, ParameterError
+from pmwvc_master.devices import check
 from pmwvc_master.node import main
 
 pytestmark = [pytest.mark.integration]
@@ -42,3 +44,19 @@ def test_a_library_that_is_not_there_ends_the_node_with_one_line():
     given = {"device.plugin": "force_dimension", "force_dimension.library": "/nowhere/libdhd.so.3"}
     text = refused(main, given, arguments=USER)
     assert "force_dimension.library = '/nowhere/libdhd.so.3'" in text and "install the" in text
+
+
+def test_a_device_is_checked_as_the_master_would_have_it_and_not_pushed(monkeypatch):
+    for name, time_s in {"BEFORE_S": 0.0, "REST_S": 0.5, "MOVE_S": 0.5}.items():
+        monkeypatch.setattr(check, name, time_s)
+    with InverseService(ids=("0C4E",)) as service:
+        given = {"device.plugin": "haply", "haply.service": service.url, "dof": 3}
+        lines = [line.text for line in check.check_device(given, 0.0)]
+        assert "new samples a second" in lines[0] and lines[1].startswith("noise: 0.0 um")
+        assert [line[:20] for line in lines[2:5]] == [f"motion along axis {k}:" for k in range(3)]
+        forces = [service.force()[1] for _ in range(service.forces.qsize())]
+        assert len(forces) > 100 and {value for force in forces for value in force.values()} == {0}
+        with pytest.raises(DeviceError, match=r"--force 1\.5: must be 0\.\.1 N"):
+            list(check.check_device(given, 1.5))
+        with pytest.raises(ParameterError, match=r"haply\.axis: there is no such parameter"):
+            list(check.check_device({**given, "haply.axis": "x"}, 0.0))

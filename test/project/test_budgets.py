@@ -78,13 +78,18 @@ ROOMS = {
     "figures and reports": Room(
         2_252, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_201, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_200, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        581,
-        581,
+        1_250,
+        1_250,
         inside(
             "pmwvc_master",
             "devices/vendor.py",
+            "devices/profile.py",
+            "devices/plausible.py",
+            "devices/check.py",
+            "devices/touch.py",
+            "devices/lerobot.py",
             "devices/haply.py",
             "devices/inverse_link.py",
             "devices/force_dimension.py",
