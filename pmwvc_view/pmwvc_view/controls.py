@@ -32,11 +32,6 @@ class Control(NamedTuple):
     label: str
     ends: tuple[float, float] | None = None
 
-    @property
-    def of_link(self) -> bool:
-        """Whether it is a parameter of the network."""
-        return self.path.startswith("link.")
-
 
 CONTROLS = (
     Control(PRESET, "network"),

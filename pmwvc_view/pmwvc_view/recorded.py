@@ -98,12 +98,8 @@ class RecordedSession:
 
     def texts(self) -> list[tuple[int, dict[str, Any]]]:
         """Return the texts with the rows from which they hold."""
-        found: list[tuple[int, dict[str, Any]]] = []
-        for index in range(len(self.rows)):
-            text = self._text(index)
-            if not found or text != found[-1][1]:
-                found.append((index, text))
-        return found
+        same = itertools.groupby(range(len(self.rows)), self._text)
+        return [(next(rows), text) for text, rows in same]
 
     def _text(self, index: int) -> dict[str, Any]:
         """Return the recorded verdict with the states at a row."""

@@ -122,7 +122,7 @@ class SimulatedSession(Session):
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self.wanted = wanted
-        if control.of_link:
+        if control.path.startswith("link."):
             self.preset = str(value) if control.path == controls.PRESET else None
         return ""
 

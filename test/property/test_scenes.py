@@ -314,12 +314,15 @@ server: {coupling: unknown, environment: mujoco, scene: FILE}
     assert fallen_m > 0.3
     np.testing.assert_allclose(np.linalg.norm(poses["top"][:, 3:], axis=1), 1.0, rtol=1e-9)
     np.testing.assert_allclose(poses["pmwvc_user1"][:, :3].shape, (len(traces.server.step), 3))
+    assert (traces.server.contained == 0).all()
+    traces.server.contained[50:] = 3
     record_traces(tmp_path / "session", traces, load(str(scenario)))
     again = read_session(tmp_path / "session").server
     assert all((again.poses[name] == rows).all() for name, rows in poses.items())
     assert len(traces.server.contacts) > 4 * 100  # four corners of the box
     np.testing.assert_allclose(again.contacts, traces.server.contacts, rtol=1e-6)
-    assert (again.contained == 0).all() and len(again.contained) == len(again.step)
+    assert (again.contained == traces.server.contained).all()
+    assert again.replaced == (pytest.approx(again.time_s[50]), 3)
     found = {each.name: each for each in tables(traces)}
     touching = found["contacts"].columns
     assert set(touching["body"]) | set(touching["other"]) <= {*poses, "fixed"}

@@ -16,6 +16,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, UserTraces
 from pmwvc_view.feed import rows as rows_module
 from pmwvc_view.feed.feed import PATIENCE_S, Feed
+from pmwvc_view.feed.rows import touching
 from pmwvc_view.feed.tape import joined, since
 from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
@@ -343,6 +344,18 @@ def test_contacts_stay_with_their_step(start_s):
     assert found.contacts[:, 3] == pytest.approx([each for each in every if each > start_s])
 
 
+def test_row_has_the_eight_strongest_contacts_with_the_force_on_the_earlier_body():
+    traces = joined([step(8 * n, ("user1",)) for n in range(3)])
+    pairs = [(-1, 0), (0, -1), (1, 0), (0, 1), (2, 1)] + [(-1, 0)] * 4  # of step 1, none of others
+    rows = [[1.0, *pair, 0.1 * n, 0, 0, 0, 0, 10.0 - n] for n, pair in enumerate(pairs)]
+    shown = touching(replace(traces, contacts=np.array(rows))).reshape(3, 8, 6)
+    assert np.isnan(shown[[0, 2]]).all()
+    np.testing.assert_allclose(shown[1, :, 0], 0.1 * np.arange(8))
+    signs = [1, -1, 1, -1, 1, 1, 1, 1]  # given: on the second
+    np.testing.assert_allclose(shown[1, :, 5], signs * (10.0 - np.arange(8)))
+    assert np.isnan(touching(traces)).all()
+
+
 @pytest.mark.parametrize("bodies", [0, 1, 2, 7])
 def test_snapshot_sends_28_bytes_a_body_and_everything_else_as_it_is(bodies):
     layout = Layout(["user1"], 3, [f"body{number}" for number in range(bodies)])
@@ -350,7 +363,8 @@ def test_snapshot_sends_28_bytes_a_body_and_everything_else_as_it_is(bodies):
     outgoing = Outgoing(layout)
     for packets in ([[1.0, 2.0, 3.0, 4.0, 5.0]], [[6.0, 7.0, 8.0, 9.0, np.nan]]):  # sent as one
         outgoing.add(Snapshot(row, np.array(packets), layout.narrow))
-    wide, narrow = layout.size - 7 * bodies, 7 * bodies
+    narrow = 7 * bodies + 48 * (bodies > 0)  # contacts, where there is a scene
+    wide = layout.size - narrow
     form = f"<{wide}d{narrow}f{4 * (bodies % 2)}x10d"
     found = struct.unpack(form, outgoing.take())
     assert found[:wide] == tuple(row[:wide])

@@ -55,7 +55,7 @@ def watch(watched: Watched) -> tuple[Numbers, list[str]]:
     numbers, levels = _watched("before", session, now, watched.run.duration_s)
     if watched.settings:
         values = dict(watched.settings)
-        if all(controls.control_of(path).of_link for path in values):
+        if all(controls.control_of(path).path.startswith("link.") for path in values):
             answers = [asyncio.run(session.set(*each)) for each in values.items()]
         else:
             answers = [session.restart(values)]

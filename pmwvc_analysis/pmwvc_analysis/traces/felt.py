@@ -10,7 +10,7 @@ master is coupled and the avatar touches, of a hand that means to hold a force, 
 
 *Disturbed* is a user that is not coupled, or has less than half of that force once it was felt,
 though the scenario does not take it away: at the start, in outages of a link, while a node that it
-kills or stops does not run; each with the time to be coupled again.
+kills or stops does not run, each with the time to be coupled again; and what slips out of a grip.
 
 The *voluntary band* has the frequencies at which hands and environments move on purpose. For a
 target that rests, hands move below half a hertz; while they close, below 6 Hz over the duration of
@@ -97,6 +97,9 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         return found
     since = slice(int(np.argmax(felt_at)), None)
     below = size < 0.5 * undisturbed_n
+    if not scenario.environment.known:  # it may slip out of a grip, and be touched again
+        pushes = np.linalg.norm(server.f_s[index], axis=-1) >= 0.5 * undisturbed_n
+        below &= ~together | (pushes[row] & ~impact)
     below[: since.start] = False
     return found._replace(
         force_undisturbed_n=undisturbed_n,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.traces import SessionTraces, UserTraces
-from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_view.protocol.snapshot import CONTACTS, Layout
 
 GONE_S = 0.5
 DELAY_S = 0.5  # over which the delay of a link is the mean
@@ -42,6 +42,7 @@ def samples(traces: SessionTraces) -> Iterator[Samples]:
             yield Samples(f"object.{name}", server.time_s, getattr(server, name))
         for body, poses in server.poses.items():
             yield Samples(f"{body}.pose", server.time_s, poses)
+        yield Samples("contacts", server.time_s, touching(server))
         for index, user in enumerate(server.users):
             for name in (*AVATAR, "contact"):
                 yield Samples(f"{user}.{name}", server.time_s, getattr(server, name)[index])
@@ -50,6 +51,18 @@ def samples(traces: SessionTraces) -> Iterator[Samples]:
         for name in SIGNALS:
             yield Samples(f"{one.name}.{name}", one.time_s, getattr(one, name))
         yield Samples(f"{one.name}.state", one.block_time_s, one.state)
+
+
+def touching(server: ServerTraces) -> Array:
+    """Return the strongest contacts of every step, ``(step, 6 * CONTACTS)``."""
+    rows, first, second, *vectors = server.contacts.T
+    step = rows.astype(int)
+    place = np.arange(len(step)) - step.searchsorted(step)
+    found = np.full((len(server.step), max(place.max(initial=0) + 1, CONTACTS), 6), math.nan)
+    found[step, place] = np.transpose(vectors)
+    on_second = (second >= 0) & ((first < 0) | (second < first))
+    found[step, place, 3:] *= np.where(on_second, 1.0, -1.0)[:, None]
+    return found[:, :CONTACTS].reshape(len(found), -1)
 
 
 def energies(found: UserEnergy, least_j: Mapping[str, float]) -> Iterator[Samples]:

@@ -71,7 +71,7 @@ class LiveSession(Session):
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         """Change parameters of the nodes, a delay a little at a time."""
-        if control.of_link and not self._graph.emulated:
+        if control.path.startswith("link.") and not self._graph.emulated:
             return "the links are not emulated in this session"
         present = self._scenario
         while present != wanted:

@@ -45,14 +45,14 @@ export class Bodies {
     const { session } = this, user = session.users.findIndex(({ name }) => name === body);
     let found;
     if (session.columns.has(`${body}.pose`)) found = Array.from({ length: 7 }, (_, i) => session.value(`${body}.pose`, i));
-    else if (body === "object") found = [...session.point("object.x_o"), ...UNTURNED];
-    else found = [...sum(sum(session.point(`${body}.x_s`), this.origin), [session.users[user].side * FINGER_M]), ...UNTURNED];
+    else if (body === "object") found = [...session.vector("object.x_o"), ...UNTURNED];
+    else found = [...sum(sum(session.vector(`${body}.x_s`), this.origin), [session.users[user].side * FINGER_M]), ...UNTURNED];
     return found.every(Number.isFinite) ? found : null;
   }
 
   /** From a place of a user's device or avatar to the middle of what it holds in the scene [m]. */
   offset(user) {
-    const pose = this.pose(this.held[user]), x_s = this.session.point(`${this.session.users[user].name}.x_s`);
+    const pose = this.pose(this.held[user]), x_s = this.session.vector(`${this.session.users[user].name}.x_s`);
     const found = pose && difference(pose.slice(0, 3), x_s);
     if (found?.every(Number.isFinite)) this.offsets[user] = found;
     return this.offsets[user] ?? this.origin;
@@ -65,7 +65,7 @@ export class Bodies {
   goal() {
     const pose = this.carried && this.pose(this.carried);
     if (!pose) return null;
-    const way = difference(this.session.point("object.target"), this.session.point("object.x_o"));
+    const way = difference(this.session.vector("object.target"), this.session.vector("object.x_o"));
     return Math.hypot(...way) > 1e-3 ? [...sum(pose.slice(0, 3), way), ...pose.slice(3)] : null;
   }
 

@@ -62,6 +62,7 @@ export class Scene {
     where.forEach((place, i) => this.link(session.users[i].name, i, place, flow, now_s));
     if (this.bodies && !this.space) this.outlines();
     if (!this.bodies) this.server(size_m);
+    if (this.space) this.contacts();
     where.forEach((place, i) => this.avatar(session.users[i], i, place));
     where.forEach((place, i) => this.handle(session.users[i], i, place, hand));
     const all = where.map(({ handle }, user) => ({ user, ...handle }));
@@ -73,8 +74,8 @@ export class Scene {
   /** How far from the middle anything stands [m]. */
   reach() {
     const { session } = this;
-    const points = session.users.flatMap(({ name }) => [session.point(`${name}.x_m`), session.point(`${name}.x_s`)]);
-    points.push(session.point("object.x_o"), session.point("object.target"));
+    const points = session.users.flatMap(({ name }) => [session.vector(`${name}.x_m`), session.vector(`${name}.x_s`)]);
+    points.push(session.vector("object.x_o"), session.vector("object.target"));
     const distances = points.flat().filter(Number.isFinite).map(Math.abs);
     return distances.reduce((a, b) => Math.max(a, b), 0);
   }
@@ -82,7 +83,7 @@ export class Scene {
   /** Look at the middle of what moves in a scene; return how far from it anything shall be seen [m]. */
   look() {
     const { bodies, camera, session } = this;
-    const devices = session.users.map(({ name }, user) => added(session.point(`${name}.x_m`), bodies.offset(user)));
+    const devices = session.users.map(({ name }, user) => added(session.vector(`${name}.x_m`), bodies.offset(user)));
     const points = [...bodies.extent(true), ...devices.filter((each) => each.every(Number.isFinite))];
     if (!this.seen && points.length) {
       const ends = [Math.min, Math.max].map((most) => [0, 1, 2].map((axis) => most(...points.map((each) => each[axis]))));
@@ -138,8 +139,8 @@ export class Scene {
       return { x: place.x + x, y: place.y + y + lane, scale };
     };
     const from = this.bodies?.offset(index) ?? [0, 0, 0];
-    const [x_m, x_s] = ["x_m", "x_s"].map((which) => added(session.point(`${name}.${which}`), from));
-    const target = added(hand.index === index && hand.target ? hand.target : session.point(`${name}.target`), from);
+    const [x_m, x_s] = ["x_m", "x_s"].map((which) => added(session.vector(`${name}.${which}`), from));
+    const target = added(hand.index === index && hand.target ? hand.target : session.vector(`${name}.target`), from);
     return {
       handle: at(x_m, this.above), avatar: at(x_s, this.below),
       device: at(x_m, this.below), target: at(target, this.above),
@@ -166,7 +167,7 @@ export class Scene {
 
   server(size_m) {
     const { context, camera, session, below } = this;
-    const x_o = session.point("object.x_o"), target = session.point("object.target");
+    const x_o = session.vector("object.x_o"), target = session.vector("object.target");
     const cube = (middle, size) => Array.from({ length: 8 }, (_, i) => [0, 1, 2].map((axis) => (middle[axis] ?? 0) + (((i >> axis) & 1) - 0.5) * size));
     if (target.every(Number.isFinite)) box(context, camera, cube(target, 1.04 * size_m), below, { stroke: theme.target, dash: [5, 4] });
     if (x_o.every(Number.isFinite)) box(context, camera, cube(x_o, size_m), below, { fill: theme.cube, stroke: theme.object });
@@ -189,6 +190,17 @@ export class Scene {
     }
   }
 
+  /** Forces between the bodies of a scene, where they touch. */
+  contacts() {
+    const { context, camera, session, below } = this;
+    const most_n = Math.max(...session.users.map(({ force_limit }) => force_limit || 0));
+    for (const { point, force } of session.contacts()) {
+      const { x, y } = camera.project(point), at = { x: below.x + x, y: below.y + y };
+      disc(context, at.x, at.y, 2.5, { fill: theme.object });
+      this.force(at, force, most_n, theme.object, -2);
+    }
+  }
+
   avatar({ name, force_limit }, index, { avatar, device }) {
     if (!Number.isFinite(avatar.x)) return;
     const { context, session } = this;
@@ -204,7 +216,7 @@ export class Scene {
     context.globalAlpha = there ? 1 : 0.3;
     disc(context, avatar.x, avatar.y, AVATAR_PX, { fill: theme.paper, stroke: colour, width: 3 });
     context.globalAlpha = 1;
-    this.force(avatar, session.point(`${name}.f_s`), force_limit, colour, AVATAR_PX);
+    this.force(avatar, session.vector(`${name}.f_s`), force_limit, colour, AVATAR_PX);
   }
 
   handle({ name, force_limit }, index, { handle, target }, hand) {
@@ -221,7 +233,7 @@ export class Scene {
       disc(context, handle.x, handle.y, HANDLE_PX, { stroke: theme.paper, width: 5 }); // its body may have its colour
       disc(context, handle.x, handle.y, HANDLE_PX, { stroke: colour, width: 2.5 });
     } else this.badge(handle.x, handle.y, index, colour);
-    const back = session.point(`${name}.f_applied`).map((force) => -force); // on the hand
+    const back = session.vector(`${name}.f_applied`).map((force) => -force); // on the hand
     this.force(handle, back, force_limit, colour, HANDLE_PX, true);
   }
 

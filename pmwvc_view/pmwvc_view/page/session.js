@@ -9,11 +9,10 @@ export class Session {
   constructor(declared) {
     Object.assign(this, declared);
     this.columns = new Map();
-    this.width = this.poses = 0;
+    this.width = 0;
     for (const [name, count] of declared.layout.columns) {
       this.columns.set(name, this.width);
       this.width += count;
-      this.poses += name.endsWith(".pose");
     }
     this.packetWidth = declared.layout.packet.reduce((sum, [, count]) => sum + count, 0);
     this.capacity = Math.ceil((HISTORY_S + 1) / declared.snapshot_s);
@@ -29,9 +28,9 @@ export class Session {
     this.packetCount = 0;
   }
 
-  /** The numbers of a message: the row, its poses as float32 in it, then packets. */
+  /** The numbers of a message: the row, what is of a scene in it as float32, then packets. */
   numbers(message) {
-    const narrow = this.poses * 7, wide = this.width - narrow, from = 8 * (wide + Math.ceil(narrow / 2));
+    const { narrow } = this.layout, wide = this.width - narrow, from = 8 * (wide + Math.ceil(narrow / 2));
     return Float64Array.from([
       ...new Float64Array(message, 0, wide), ...new Float32Array(message, 8 * wide, narrow), ...new Float64Array(message, from),
     ]);
@@ -75,8 +74,12 @@ export class Session {
     return Array.from({ length: axes }, (_, axis) => this.value(column, axis));
   }
 
-  /** The part of a vector that is along x, y and z: what else there is of six axes are turns. */
-  point(column) { return this.vector(column).slice(0, 3); }
+  /** Contacts in a scene: points [m], and forces on one of both bodies [N]. */
+  contacts() {
+    if (!this.columns.has("contacts")) return [];
+    const at = (from) => Array.from({ length: 3 }, (_, axis) => this.value("contacts", from + axis));
+    return Array.from({ length: 8 }, (_, i) => ({ point: at(6 * i), force: at(6 * i + 3) })).filter(({ point }) => Number.isFinite(point[0]));
+  }
 
   /** Where a user's handle is [m]; null where that is not known: its master sent nothing yet, or nothing any more. */
   place(user) {

@@ -49,11 +49,8 @@ def _is_setting(value: Any) -> bool:
 
 
 def _are_settings(value: Any) -> bool:
-    return (
-        isinstance(value, dict)
-        and len(value) <= 32
-        and all(_is_name(name) and _is_setting(each) for name, each in value.items())
-    )
+    pairs = value.items() if isinstance(value, dict) and len(value) <= 32 else [("", None)]
+    return all(_is_name(name) and _is_setting(each) for name, each in pairs)
 
 
 def _is_position(value: Any) -> bool:

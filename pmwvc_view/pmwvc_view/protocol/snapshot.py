@@ -46,6 +46,7 @@ _NUMBERS = (
 )  # fmt: skip
 _OBJECT = (("x_o", "m"), ("xd_o", "m/s"), ("target", "m"))
 POSE = 7  # values: x y z [m], quaternion w x y z
+CONTACTS = 8  # of a scene, the strongest: point [m], force [N] on the first of both in poses
 PACKET = [
     Column(name, 1, unit)
     for name, unit in zip(("link", "number", "sent", "arrived", "fate"), "--ss-", strict=True)
@@ -55,7 +56,7 @@ NO_PACKETS = np.empty((0, len(PACKET)))
 
 class Layout:
     """The layout of a snapshot: fixed columns, then rows of packets. ``columns`` and ``slices``:
-    what is in a row, and where; ``size``: its length, ``narrow`` that of the poses at its end.
+    what is in a row, and where; ``size``: its length, ``narrow`` of a scene's at its end.
     """
 
     def __init__(self, users: Sequence[str], dof: int, bodies: Sequence[str] = ()) -> None:
@@ -65,8 +66,10 @@ class Layout:
             columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]
             columns += [Column(f"{user}.{name}", 1, unit) for name, unit in _NUMBERS]
         columns += [Column(f"object.{name}", dof, unit) for name, unit in _OBJECT]
-        columns += [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
-        self.narrow = POSE * len(bodies)
+        scene = [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
+        scene += [Column("contacts", 6 * CONTACTS, "m, N")] if bodies else []
+        self.narrow = sum(column.values for column in scene)
+        columns += scene
         self.columns = columns
         ends = np.cumsum([0, *(column.values for column in columns)]).tolist()
         places = map(slice, ends, ends[1:])
@@ -92,6 +95,7 @@ class Layout:
         return {
             "columns": [list(column) for column in self.columns],
             "packet": [list(column) for column in PACKET],
+            "narrow": self.narrow,
         }
 
 
