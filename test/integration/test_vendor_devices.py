@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The master node with a vendor's device, by its name: the Haply's service is a fake; the library
-of Force Dimension is not there.
+"""The master node with a vendor's device, by its name: the Haply's service and the Touch's library
+are fakes; the library of Force Dimension is not there.
 """
 
 import math
 
 import pytest
+from support.fake_library import compiled, needs_compiler
 from support.inverse_service import InverseService
 from support.played_server import USER, Server, master, signal
 from support.processes import refused, ros
@@ -60,3 +61,21 @@ def test_a_device_is_checked_as_the_master_would_have_it_and_not_pushed(monkeypa
             list(check.check_device(given, 1.5))
         with pytest.raises(ParameterError, match=r"haply\.axis: there is no such parameter"):
             list(check.check_device({**given, "haply.axis": "x"}, 0.0))
+
+
+@needs_compiler
+def test_the_node_reads_a_touch_from_the_librarys_thread_and_brakes_its_hand(tmp_path):
+    """The fake moves at 0.1 m/s and stands still: the force is that of the damping."""
+    library = str(compiled(tmp_path, "fake_hd.c", "libHD.so"))
+    with ros() as peer:
+        given = {"device__plugin": "touch", "touch__library": library, "touch__serial": "S-1"}
+        with master(peer, **given) as (process, blocks, _):
+            server = Server(peer)
+            peer.until(lambda: blocks and math.isclose(blocks[-1].x[-1], 0.01))
+            while signal(blocks[-1:], "f_applied").max() < 1.0:
+                count = len(blocks)
+                peer.until(lambda count=count: len(blocks) > count)
+                server.answer()
+            assert signal(blocks, "f_applied").max() <= 3.3  # the profile's peak
+            assert "max_force_n = 3.3 (CHAI3D 3.2" in process.output
+            assert process.stop() == 0

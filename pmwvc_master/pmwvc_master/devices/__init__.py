@@ -166,7 +166,5 @@ def warnings_of_device(
         ("encoder_step_m", device.encoder_step_m, info.encoder_step_m, "m"),
     ):
         if declared is not None and abs(assumed - declared) > SIMILAR * declared:
-            yield (
-                f"device.{name} = {assumed:g} {unit}, the device declares {declared:g} {unit}: "
-                f"predictions rest on the former; set device.{name} = {declared:g}"
-            )
+            text = f"the device declares {declared:g} {unit}: predictions rest on the former"
+            yield f"device.{name} = {assumed:g} {unit}, {text}; set device.{name} = {declared:g}"

@@ -31,7 +31,7 @@ SLOWEST_HZ, NOISE_M = 200.0, 0.001  # of new samples, for stiff contacts; peak t
 SLEW_N_S, LARGEST_N, FAST_M_S, AWAY_M = 2.0, 1.0, 0.3, 0.03  # the last two end a push
 MOVED_M, FARTHEST_M, SHIFTED_M, PUSHED_M_S = 0.01, 0.6, 0.0005, 0.005  # by a hand; by a push
 HOW = "was it moved so? If it was, are these metres?"
-DIRECTIONS = ("+x, along which the users meet", "+y", "+z")
+DIRECTIONS = ("+x, along which the users meet", "+y", "+z", "axis 3", "axis 4", "axis 5")
 
 
 class DeviceLine(NamedTuple):
