@@ -33,7 +33,8 @@ Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
 def caller(params: ServerParams) -> Call:
     """Return how the environment of a server is asked."""
-    if not COUPLINGS.of(params.coupling).black_box or environment_of(params.environment).made:
+    asked = environment_of(params.environment)
+    if not COUPLINGS.of(params.coupling).black_box or asked.made or asked.prompt:
         return directly
     return Worker(WAIT_RATIO * params.period_s)
 

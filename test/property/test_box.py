@@ -173,6 +173,24 @@ def test_a_pad_twists_off_above_mu_times_force_times_its_radius(spare):
         assert v[0, 3] == pytest.approx(drive[0, 3] * (1.0 - 1.0 / spare) / 20.0, rel=0.05)
 
 
+@pytest.mark.parametrize("inside_m", [1e-6, 0.004, 0.02])
+def test_who_joins_inside_begins_without_force_and_slides_out(inside_m):
+    made = box(2, 3, gravity=0.0)
+    made.join(0, facing(-1, 3) * (0.03 - inside_m))
+    b = np.full(2, 20.0)
+    assert np.abs(made.meet(np.zeros((2, 3)), b, H)).max() == 0.0
+    for push, steps in ((1.0, 100), (-1.0, 100), (1.0, 300)):
+        for _ in range(steps):
+            v = made.meet(np.array([[push, 0.0, 0.0], [-max(push, 0.0), 0.0, 0.0]]), b, H)
+        pad_m = made.poses["user1"][0]
+        depth_m = 0.03 - abs(pad_m - made.poses["box"][0])
+        if push > 0.0:
+            np.testing.assert_allclose(v, 0.0, atol=1e-6)
+            assert depth_m == pytest.approx(1.0 / 2000.0 + inside_m * (steps == 100), rel=1e-3)
+        else:
+            assert depth_m < 0.0
+
+
 def test_hands_turn_a_box_over_a_network():
     traces = simulate([load("turn", duration_s=6.0)])[0]
     poses = {name: Rotation.from_quat(np.roll(rows[-1, 3:], -1)) for name, rows in

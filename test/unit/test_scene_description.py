@@ -76,12 +76,15 @@ def test_shapes_are_those_of_the_file_and_a_mesh_is_where_its_points_are(file):
 
 def test_what_is_written_into_a_model_is_said_and_nothing_else(file):
     said = scene(file, users=1).description["options"]
-    assert said["cone"] == "elliptic" and said["impratio"] == 100.0 and "timestep" not in said
-    option = '<option cone="elliptic" impratio="10" timestep="0.003"/>'
-    file.write_text(SCENE.replace("<asset>", f"{option}<asset>"), "utf-8")
-    said = scene(file, users=1).description["options"]
-    assert "cone" not in said and "impratio" not in said
-    assert said["timestep"] == 0.002  # four in 8 ms, none above 2 ms
+    assert said["cone"] == "elliptic" and said["impratio"] == 100.0 and said["timestep"] == 0.001
+    for timestep, used in ((0.003, 0.001), (0.0007, 0.008 / 12)):  # none above 1 ms
+        option = f'<option cone="elliptic" impratio="10" timestep="{timestep}"/>'
+        file.write_text(SCENE.replace("<asset>", f"{option}<asset>"), "utf-8")
+        said = scene(file, users=1).description["options"]
+        assert "cone" not in said and "impratio" not in said
+        assert said["timestep"] == pytest.approx(used)
+    file.write_text(SCENE.replace("<asset>", '<option timestep="0.0005"/><asset>'), "utf-8")
+    assert "timestep" not in scene(file, users=1).description["options"]
 
 
 def test_the_files_of_a_description_make_the_same_scene_elsewhere(file):

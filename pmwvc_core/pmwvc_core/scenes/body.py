@@ -92,6 +92,7 @@ class Box:
             friction=np.full(POINTS * users + 8, own.friction),
             can_touch=np.concatenate([np.zeros(POINTS * users, bool), np.ones(8, bool)]),
         )
+        self._began_m = np.zeros(POINTS * users + 8)
         sunk_m = self._weight_n / (4.0 * TABLE_N_M)
         self._table_z = sunk_m - self._half_m
         self._there = np.zeros(users, bool)
@@ -185,22 +186,24 @@ class Box:
         return np.concatenate([(rings.reshape(-1, 3) - c) @ r, c + self._corners @ r.T])
 
     def _depths(self, at: Array) -> Array:
+        """Return how deep points are below the faces [m], less where they began."""
         face = np.where(np.arange(len(at)) < len(self._pads), self._half_m, self._table_z)
-        return np.asarray(face - np.sum(self._points.normal * at, axis=-1))
+        return np.asarray(face - np.sum(self._points.normal * at, axis=-1) - self._began_m)
 
     def _begun(self) -> tuple[Points, Array]:
         """Return the points at the beginning of a step, and where they are. A point touches a face
-        that it came to from outside, and as long as it is over it.
+        that it is over; one that comes from the side begins without force where it is.
         """
-        at, pads = self._points_at(self._poses), len(self._pads)
-        depth, normal = self._depths(at), self._points.normal
+        at, pads, normal = self._points_at(self._poses), len(self._pads), self._points.normal
         flat = at - np.sum(normal * at, axis=-1, keepdims=True) * normal
-        over = np.max(np.abs(flat[:pads]), axis=-1) <= self._half_m
-        can_touch = self._points.can_touch.copy()
-        can_touch[:pads] = (
-            self._there[self._pads] & over & (can_touch[:pads] | (depth[:pads] <= 0.0))
-        )
-        return self._points._replace(depth=depth, can_touch=can_touch), at
+        can_touch = np.max(np.abs(flat), axis=-1) <= self._half_m
+        can_touch[:pads] &= self._there[self._pads]
+        can_touch[pads:] = True
+        depth = self._depths(at)
+        slides = np.where(self._points.can_touch, np.minimum(depth, 0.0), depth)
+        self._began_m = np.where(can_touch, np.maximum(self._began_m + slides, 0.0), 0.0)
+        self._began_m[pads:] = 0.0
+        return self._points._replace(depth=self._depths(at), can_touch=can_touch), at
 
     def _moved(self, x: Array, h: float) -> Poses:
         """Return the poses after a step by mean velocities."""
@@ -221,9 +224,10 @@ class Box:
         rho = (at[1 + self._pads] + arms - at[0]) @ r
         found[:pads, :, :3], found[:pads, :, 3:6] = -r.T, cross(rho)
         found[pads:, :, :3], found[pads:, :, 3:6] = np.eye(3), -r @ cross(self._corners)
+        by_turn = -r.T @ cross(arms)
         for point, user in enumerate(self._pads):
             first = 6 + dof * user
             found[point, :, first : first + 3] = r.T
             if dof > 3:
-                found[point, :, first + 3 : first + 6] = -r.T @ cross(arms[point])
+                found[point, :, first + 3 : first + 6] = by_turn[point]
         return found

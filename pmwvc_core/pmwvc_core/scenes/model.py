@@ -25,9 +25,9 @@ from pmwvc_core.scenes.description import files_of
 from pmwvc_core.server.black_box import EnvironmentSetup
 
 FINGER_KG = 1e-3
-SUB_STEP_S = 2e-3  # longest step of the contact solver
+SUB_STEP_S = 1e-3  # longest step of the contact solver: what is hit is noticed in the next one
 IMPRATIO = 100.0
-SOLREF = (2.0 * SUB_STEP_S, 1.0)  # the fastest that the solver allows
+SOLREF = (4e-3, 1.0)  # twice as slow as the fastest that the solver allows
 SOLIMP = (0.998, 0.9995, 0.001, 0.5, 2.0)  # 2 N sink 0.06 mm
 OVERRIDES = 1e6  # weight of a contact's parameters against those of the other geom
 LARGEST_RATIO = 1e4  # of two masses

@@ -59,7 +59,7 @@ class MujocoScene:
             self.leave(user)
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
-        self.position, self.velocity = np.zeros(3), np.zeros(3)
+        self.position, self.velocity, self.lost = np.zeros(3), np.zeros(3), False
         self._good = self._state()
         self.poses, self.contacts = self._poses(), self._contacts()  # others read these
 
@@ -79,8 +79,7 @@ class MujocoScene:
         order = order[along[order, 0] > 0.0]
         bodies = self._place[self.model.geom_bodyid[contact.geom[order]]]
         force = np.einsum("ni,nij->nj", along[order], contact.frame[order].reshape(-1, 3, 3))
-        shown: list[float] = np.hstack([bodies, contact.pos[order], force]).ravel().tolist()
-        return shown
+        return list(np.hstack([bodies, contact.pos[order], force]).ravel().tolist())
 
     @property
     def description(self) -> dict[str, Any]:
@@ -109,7 +108,7 @@ class MujocoScene:
         velocities ``(users, 3)`` [m/s]. ``drive`` is ``(users, 3)`` [N], ``impedance``
         ``(users,)`` [N s/m].
         """
-        model, data = self.model, self.data
+        model, data, self.lost = self.model, self.data, False
         steps = math.ceil(dt / min(SUB_STEP_S, model.opt.timestep) - 1e-9)
         model.opt.timestep = dt / steps
         for user, held in enumerate(self.held):
@@ -193,9 +192,8 @@ class MujocoScene:
         worst = int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))
         name = self.model.body(int(self.model.dof_bodyid[worst])).name
         self._mujoco.mj_setState(self.model, self.data, self._good, self._whole)
-        raise RuntimeError(
-            f"the scene became unstable at body {name!r}; its last good state is back"
-        )
+        self.lost = True  # users join anew
+        raise RuntimeError(f"the scene became unstable at body {name!r}; a good state is back")
 
     def _state(self) -> Array:
         state = np.empty(self._mujoco.mj_stateSize(self.model, self._whole))

@@ -15,12 +15,16 @@ from scipy.spatial.transform import Rotation
 
 from pmwvc_core.numeric import Array
 
+# By axis: the rows of [a] behind one another.
+_CROSSED = np.array(
+    [[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]],
+    dtype=float,
+)
+
 
 def cross(a: Array) -> Array:
     """Return [a], ``(..., 3, 3)``, of vectors ``(..., 3)``."""
-    zero = np.zeros_like(a[..., 0])
-    x, y, z = a[..., 0], a[..., 1], a[..., 2]
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*a.shape, 3)
+    return np.asarray((a @ _CROSSED).reshape(*a.shape, 3))
 
 
 def cayley(a: Array) -> Array:

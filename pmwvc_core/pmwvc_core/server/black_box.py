@@ -104,6 +104,8 @@ class Outside(NamedTuple):
 def _visited(
     s: Outside, there: tuple[bool, ...], begins: tuple[bool, ...], positions: Vectors
 ) -> Outside:
+    if getattr(s.environment, "lost", False):
+        begins = there
     for user, was in enumerate(s.there):
         if was and (begins[user] or not there[user]) and hasattr(s.environment, "leave"):
             s.pending.append(partial(s.environment.leave, user))

@@ -99,25 +99,18 @@ OF_LEDGER = (
 
 
 UNTREATED = Compensation(
-    name="none",
-    words="The energy of late decoding is not treated.",
-    linear="none",
+    name="none", words="The energy of late decoding is not treated.", linear="none",
     rest=lambda users: NOTHING,
-)
+)  # fmt: skip
 PRINTED = Compensation(
     name="printed",
     words="The compensation as published: it makes returning waves longer and generates energy.",
-    linear="none",
-    rest=lambda users: AsPublished((0.0,) * users),
-)
+    linear="none", rest=lambda users: AsPublished((0.0,) * users),
+)  # fmt: skip
 CORRECTED = Compensation(
-    name="corrected",
-    words="Returning waves are shortened by what late decoding added.",
-    linear="none",
-    rest=lambda users: Corrected(0.0),
-    limits=True,
-    accounts=(DEFICIT,),
-)
+    name="corrected", words="Returning waves are shortened by what late decoding added.",
+    linear="none", rest=lambda users: Corrected(0.0), limits=True, accounts=(DEFICIT,),
+)  # fmt: skip
 LEDGER = Compensation(
     name="ledger",
     words="All users together get back no more energy than they gave, and a declared allowance.",

@@ -30,6 +30,7 @@ class Environment(Record):
     made: Callable[[ServerParams, Sequence[Contact], int], tuple[Any, Any]] | None = None
     # or made when it is asked for: an object as in :class:`pmwvc_core.server.black_box.BlackBox`
     outside: Callable[[EnvironmentSetup], Any] | None = None
+    prompt: bool = False  # whether a live server asks it itself: a step takes some ms at most
     known: bool = False  # whether every coupling knows its equations; else a black box only
     noun: str = "the object"  # that users touch, in reports
     movable: bool = False  # whether it is an object that moves freely (``server.object_mass``)
@@ -102,7 +103,7 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
     own_energy=lambda p: "its environment is driven" if p.active_wall.amplitude_m > 0.0 else "",
 )
 
-BODY = Environment(name="body", outside=_box, noun="the box")
+BODY = Environment(name="body", outside=_box, noun="the box", prompt=True)
 MUJOCO = Environment(
     name="mujoco",
     outside=_scene,
