@@ -7,11 +7,13 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.law_rigs import Users
 
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import BodyParams
+from pmwvc_core.plugins import Unanswered
 from pmwvc_core.scenes.body import Box
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
 from pmwvc_core.server.black_box import EnvironmentSetup
@@ -189,6 +191,28 @@ def test_who_joins_inside_begins_without_force_and_slides_out(inside_m):
             assert depth_m == pytest.approx(1.0 / 2000.0 + inside_m * (steps == 100), rel=1e-3)
         else:
             assert depth_m < 0.0
+
+
+def test_an_avatar_is_where_the_box_has_it_whatever_came_too_late():
+    asked = iter(range(1000))
+
+    def call(exchange):
+        answer = exchange()
+        if next(asked) % 3 == 0:
+            raise Unanswered("has not answered")
+        return answer
+
+    server = ServerParams(coupling="unknown", environment="body")
+    ports, rng = Users(server, [ContactParams()] * 2, axes=6, call=call), np.random.default_rng(3)
+    for user, side in enumerate((-1, 1)):
+        ports.join(user, facing(side, 6) * 0.03)
+    for step in range(200):
+        ports.step(list(rng.normal(0.0, 0.3, (2, 6))))
+        poses = ports.s.body.environment.environment.poses
+        if step % 3:
+            for user, port in enumerate(ports.s.ports):
+                np.testing.assert_allclose(port.x_s[:3], poses[f"user{user + 1}"][:3], atol=1e-9)
+    assert ports.faults.steps == 67
 
 
 def test_hands_turn_a_box_over_a_network():

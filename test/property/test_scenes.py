@@ -138,27 +138,27 @@ def apart_m(ports, made):
 
 
 @pytest.mark.parametrize("what", ["qvel", "qpos", "all of the state", "a force of the user"])
-def test_an_unstable_scene_is_put_back_and_its_users_join_anew(tmp_path, what):
-    for anew in (True, False):
-        ports, waves, made = pressed(written(tmp_path))
-        data, before, asked = made.data, made.data.qpos.copy(), made.meet
-        if what == "a force of the user":
-            made.meet = lambda drive, *args, asked=asked: asked(drive * np.nan, *args)
-        else:
-            every = "qpos", "qvel", "qacc_warmstart", "xfrc_applied"
-            for name in every if what == "all of the state" else (what,):
-                getattr(data, name)[:] = np.nan
-        answers = ports.step(waves)
-        assert ports.faults.steps == 1
-        assert "the scene became unstable at body '" in ports.faults.text
-        np.testing.assert_allclose(answers, 0.0)  # of a matched damper
-        np.testing.assert_allclose(data.qpos, before)
-        made.meet, made.lost = asked, made.lost and anew
-        for _ in range(20):
-            ports.step(waves)
-        assert ports.faults.steps == 1
-        assert np.isfinite(data.qpos).all()
-        assert (apart_m(ports, made) < 1e-12) is anew  # the control: a damper's way apart
+def test_an_unstable_scene_is_put_back_and_its_users_with_it(tmp_path, what):
+    ports, waves, made = pressed(written(tmp_path))
+    data, before, asked = made.data, made.data.qpos.copy(), made.meet
+    if what == "a force of the user":
+        made.meet = lambda drive, *args, asked=asked: asked(drive * np.nan, *args)
+    else:
+        every = "qpos", "qvel", "qacc_warmstart", "xfrc_applied"
+        for name in every if what == "all of the state" else (what,):
+            getattr(data, name)[:] = np.nan
+    answers = ports.step(waves)
+    assert ports.faults.steps == 1
+    assert "the scene became unstable at body '" in ports.faults.text
+    np.testing.assert_allclose(answers, 0.0)  # of a matched damper
+    np.testing.assert_allclose(data.qpos, before)
+    assert apart_m(ports, made) > 1e-5  # meanwhile: the way of a damper
+    made.meet = asked
+    for _ in range(20):
+        ports.step(waves)
+    assert ports.faults.steps == 1
+    assert np.isfinite(data.qpos).all()
+    assert apart_m(ports, made) < 1e-12
 
 
 def test_a_scene_that_is_too_slow_is_replaced_by_a_damper_and_the_session_goes_on(tmp_path):
@@ -314,12 +314,15 @@ server: {coupling: unknown, environment: mujoco, scene: FILE}
     assert fallen_m > 0.3
     np.testing.assert_allclose(np.linalg.norm(poses["top"][:, 3:], axis=1), 1.0, rtol=1e-9)
     np.testing.assert_allclose(poses["pmwvc_user1"][:, :3].shape, (len(traces.server.step), 3))
+    assert (traces.server.contained == 0).all()
+    traces.server.contained[50:] = 3
     record_traces(tmp_path / "session", traces, load(str(scenario)))
     again = read_session(tmp_path / "session").server
     assert all((again.poses[name] == rows).all() for name, rows in poses.items())
     assert len(traces.server.contacts) > 4 * 100  # four corners of the box
     np.testing.assert_allclose(again.contacts, traces.server.contacts, rtol=1e-6)
-    assert (again.contained == 0).all() and len(again.contained) == len(again.step)
+    assert (again.contained == traces.server.contained).all()
+    assert again.replaced == (pytest.approx(again.time_s[50]), 3)
     found = {each.name: each for each in tables(traces)}
     touching = found["contacts"].columns
     assert set(touching["body"]) | set(touching["other"]) <= {*poses, "fixed"}

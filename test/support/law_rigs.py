@@ -7,6 +7,8 @@ between a controller and a device, a user's port, and the users around an enviro
 from collections import deque
 from dataclasses import replace
 
+import numpy as np
+
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.ends.inbox import known, value, vector
@@ -215,7 +217,9 @@ class Users:
         self.faults = Faults("server.environment", server.environment)
         if environment is not None:
             there = (False,) * len(users)
-            outside = Outside(environment, deque(), call, self.faults, there)
+            outside = Outside(
+                environment, deque(), call, self.faults, there, np.zeros((len(users), axes))
+            )
             self.s = self.s._replace(body=self.s.body._replace(environment=outside))
         elif isinstance(getattr(self.s.body, "environment", None), Outside):
             self.faults = self.s.body.environment.faults

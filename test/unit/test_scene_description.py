@@ -43,9 +43,10 @@ SCENE = """<mujoco><compiler meshdir="../meshes"/><include file="parts/defaults.
 
 @pytest.fixture
 def file(tmp_path):
-    """A scene with an include below its folder, a mesh beside it, and a texture that is gone."""
+    """A scene with an include below its folder, a mesh beside it, and a texture that is none."""
     for name, text in (
         ("scene/a.xml", SCENE),
+        ("scene/wood.png", "no picture"),
         ("scene/parts/defaults.xml", '<mujoco><default><default class="unseen"><geom group="3"/>'
          "</default></default></mujoco>"),
         ("meshes/corner.obj", "".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS)
@@ -151,7 +152,9 @@ def test_a_text_that_describes_nothing_is_passed_over(tmp_path):
     (right,) = (each for each in given if each.topic == "/server/scene")
     texts = [serialize_message(String(data=text)) for text in ("", "no JSON", "[1, 2]", "null")]
     wrong = [right._replace(data=data) for data in (b"", b"\0\1\0\0\xff", *texts)]
-    for name, kept, expected in (("with", [*wrong, *given], said), ("without", wrong, {})):
+    other = right._replace(data=serialize_message(String(data='{"format": 1}')))  # too late
+    both = [*wrong, *given, other]
+    for name, kept, expected in (("with", both, said), ("without", wrong, {})):
         others = [each for each in given if each is not right] if name == "without" else []
         folder = rewriting.written([*others, *kept], tmp_path / name)
         assert read_session(folder).server.scene == expected
@@ -165,9 +168,11 @@ def test_what_is_no_plain_json_is_refused_and_what_has_none_says_nothing(monkeyp
         def step(self, position, velocity, dt):
             return velocity
 
-    said, wrong = {"shapes": ({"size": (0.1,)},)}, {"shapes": np.zeros(3)}
-    kinds = {"jelly": Jelly, "said": type("Said", (Jelly,), {"description": said})}
-    kinds["wrong"] = type("Wrong", (Jelly,), {"description": wrong})
+    found = {"said": ({"size": (0.1,)},), "wrong": np.zeros(3), "infinite": np.inf}
+    kinds = {"jelly": Jelly} | {
+        name: type(name, (Jelly,), {"description": {"shapes": shapes}})
+        for name, shapes in found.items()
+    }
     offer(monkeypatch, environments.PLUGINS.group, "lab_jellies", kinds)
 
     def box(name):
@@ -176,8 +181,9 @@ def test_what_is_no_plain_json_is_refused_and_what_has_none_says_nothing(monkeyp
 
     assert description_of(box("jelly")) == description_of(box("wall")) == {}
     assert description_of(box("said")) == {"shapes": [{"size": [0.1]}]}
-    with pytest.raises(ParameterError, match=r"description of server.environment cannot be rec"):
-        description_of(box("wrong"))
+    for name in ("wrong", "infinite"):
+        with pytest.raises(ParameterError, match=r"tion of server.environment cannot be recorded"):
+            description_of(box(name))
 
 
 def test_without_mujoco_the_way_to_it_is_named(monkeypatch, file):

@@ -16,7 +16,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
-AXES = ("x", "y", "z", "axis 4", "axis 5", "axis 6")
+AXES = ("x", "y", "z", "about x", "about y", "about z")
 TOGETHER = 2  # users in one panel; more have a panel each
 MOST_PANELS = 18
 NEAR_LIMIT = 0.7

@@ -174,7 +174,7 @@ def _resting_box(
         environment = record.outside(setup_of(users, session))
         if hasattr(environment, "meet"):
             _require_meeting(server, users)
-        state = Outside(environment, deque(), call, faults, absent)
+        state = Outside(environment, deque(), call, faults, absent, np.zeros((len(users), axes)))
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     seen = tuple(
         Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least

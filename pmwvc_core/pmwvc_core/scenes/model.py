@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A MuJoCo model from a scene file, with what each user holds: a finger, or a handle of the scene.
 
-A finger is a sphere of a gram on three slides, weightless. It begins where the user's device does:
-the origin of all devices is the centre of mass of the first body that moves (the scene's origin
-where none does), and a finger's surface is where the avatar is. A handle is a body of the scene
-that is fixed to the world; it gets three slides, is weightless, and is taken where it is.
+A finger is a sphere of a gram on three slides and, of six axes, a ball, weightless. It begins
+where the user's device does: the origin of all devices is the centre of mass of the first body
+that moves (the scene's origin where none does), and a finger's surface is where the avatar is. A
+handle is a body of the scene that is fixed to the world; it gets the same joints, is weightless,
+and is taken where it is.
 
 What a scene usually lacks to be held is written into the model where the file has MuJoCo's own
 default: elliptic friction cones with impratio 100, as a finger creeps out of a pyramid. Contacts
@@ -37,6 +38,7 @@ class Grasp(NamedTuple):
     """What a user holds."""
 
     qpos: slice  # of the three slides
+    ball: slice  # likewise, its quaternion; empty where it does not turn
     dofs: slice
     geoms: tuple[int, ...]
     is_finger: bool
@@ -71,8 +73,8 @@ def _discarded(text: str) -> None:
 def scene_model(setup: EnvironmentSetup) -> SceneModel:
     """Compile the scene of a setup; ParameterError with the reason where it cannot be used."""
     mujoco, server = import_mujoco(), setup.server
-    if setup.dof != 3:
-        raise ParameterError(f"dof = {setup.dof}: a scene has three axes; set dof = 3")
+    if setup.dof not in (3, 6):
+        raise ParameterError(f"dof = {setup.dof}: a scene has 3 or 6 axes")
     where = f"server.scene = {server.scene!r}"
     file = Path(server.scene).expanduser()
     spec = _read(mujoco, server.scene, file, where)
@@ -83,9 +85,12 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
     for body in bodies:
         for axis in np.eye(3):
             body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        if setup.dof > 3:
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_BALL)
         body.gravcomp = 1.0
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
+            geom.condim = max(geom.condim, 4 if setup.dof > 3 else 3)  # rubs as it twists
     options = _set_options(mujoco, spec.option, setup.period_s, where)
     try:
         model = spec.compile()
@@ -103,8 +108,9 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         geoms = tuple(geom.id for geom in body.geoms)
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
         home = data.xipos[shown] + out - data.xpos[body.id]
-        slides = slice(first, first + 3), slice(dof, dof + 3)
-        held.append(Grasp(*slides, geoms, not server.handles, home))
+        ball = slice(first + 3, first + (7 if setup.dof > 3 else 3))
+        joints = slice(first, first + 3), ball, slice(dof, dof + setup.dof)
+        held.append(Grasp(*joints, geoms, not server.handles, home))
     return SceneModel(model, tuple(held), shown, {"files": files_of(file), "options": options})
 
 
@@ -141,7 +147,7 @@ def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
         if body.joints or body.parent is not spec.worldbody:
             raise ParameterError(
                 f"server.handles: {name!r} must be a child of worldbody without joints; it gets "
-                "three slides"
+                "those of a handle"
             )
         found.append(body)
     return found

@@ -10,8 +10,10 @@ the three slides and a force that knows the velocity before it::
 
 so the contact solver sees the impedance, and what is held may weigh a gram. With the mean velocity
 V of all sub-steps the port gives F = sqrt(2b) u - b V, and F V >= mean f v, as V^2 <= mean v^2:
-what the port counts is not less than what went in. MuJoCo's contacts and joints are not proved
-passive; the ledger of the port holds on top (:mod:`pmwvc_core.law.black_box.compensations`).
+what the port counts is not less than what went in. Of six axes the last three are a turn in world
+axes, as the way of a point at the lever l: a ball with the armature h b l^2. MuJoCo's contacts and
+joints are not proved passive; the ledger of the port holds on top
+(:mod:`pmwvc_core.law.black_box.compensations`).
 
 A finger that touches nothing moves as the port alone would move it, without the gram's force. Who
 is not there is held still and touches nothing. A finger that comes in within another body
@@ -22,6 +24,7 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
@@ -36,13 +39,20 @@ LARGEST_M_S = 1e3  # faster is no motion
 MOST_CONTACTS = 16  # shown in a step
 
 
+def _rotation(quaternion: Array) -> Rotation:
+    return Rotation.from_quat(quaternion, scalar_first=True)
+
+
 class MujocoScene:
-    """The scene of ``server.scene``; ``position`` [m] and mean ``velocity`` [m/s], each ``(3,)``,
-    are those of the first body that moves, from where it began.
+    """The scene of ``server.scene``; ``position`` [m] and mean ``velocity`` [m/s], each
+    ``(dof,)``, are those of the first body that moves, from where it began.
     """
 
     def __init__(self, setup: EnvironmentSetup) -> None:
-        self._mujoco = import_mujoco()
+        self._mujoco, self._dof, self._lever_m = import_mujoco(), setup.dof, setup.server.lever_m
+        self._scale = np.repeat([1.0, self._lever_m], 3)[
+            : self._dof
+        ]  # of a port's axes to a body's
         self._whole = self._mujoco.mjtState.mjSTATE_INTEGRATION
         self.model, self.held, self._shown, self._made_of = scene_model(setup)
         self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
@@ -59,7 +69,8 @@ class MujocoScene:
             self.leave(user)
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
-        self.position, self.velocity, self.lost = np.zeros(3), np.zeros(3), False
+        self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
+        self._turned = _rotation(self.data.xquat[self._shown])
         self._good = self._state()
         self.poses, self.contacts = self._poses(), self._contacts()  # others read these
 
@@ -88,10 +99,13 @@ class MujocoScene:
         return {**drawn, "origin": self._origin.tolist(), **self._made_of}
 
     def join(self, user: int, position: Array) -> None:
-        """Put a finger where the avatar is, ``(3,)`` [m]; a handle is taken where it is."""
+        """Put a finger where the avatar is, ``(dof,)`` [m]; a handle is taken where it is."""
         held = self.held[user]
         if held.is_finger:
-            self.data.qpos[held.qpos] = held.home + position
+            self.data.qpos[held.qpos] = held.home + position[:3]
+            if self._dof > 3:
+                turned = Rotation.from_rotvec(position[3:] / self._lever_m)
+                self.data.qpos[held.ball] = turned.as_quat(scalar_first=True)
         self.data.qvel[held.dofs] = 0.0
         self._there[user], self._inside[user] = True, True
 
@@ -100,48 +114,75 @@ class MujocoScene:
         held = self.held[user]
         self._there[user] = False
         self.data.qvel[held.dofs] = self.data.qfrc_applied[held.dofs] = 0.0
-        self._weigh(held, STILL_KG)
+        self._weigh(held, np.full(self._dof, STILL_KG))
         self._touches(held, False)
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
         """Go on by ``dt`` [s] with ``f = drive - impedance v`` at every port; return the mean
-        velocities ``(users, 3)`` [m/s]. ``drive`` is ``(users, 3)`` [N], ``impedance``
+        velocities ``(users, dof)`` [m/s]. ``drive`` is ``(users, dof)`` [N], ``impedance``
         ``(users,)`` [N s/m].
         """
-        model, data, self.lost = self.model, self.data, False
+        model, data = self.model, self.data
         steps = math.ceil(dt / min(SUB_STEP_S, model.opt.timestep) - 1e-9)
         model.opt.timestep = dt / steps
         for user, held in enumerate(self.held):
             if self._there[user]:
-                self._weigh(held, impedance[user] * model.opt.timestep)
+                self._weigh(held, impedance[user] * model.opt.timestep * self._scale**2)
                 self._inside[user] = self._inside[user] and self._comes_out(user)
         touched: set[int] = set()
-        before = np.array([data.qpos[held.qpos] for held in self.held])
+        before, rates = data.qpos.copy(), np.zeros(drive.shape)
         for _ in range(steps):
+            axes = [self._axes(held) for held in self.held]  # of the handles, in the world
             for user, held in enumerate(self.held):
                 if self._there[user]:
-                    v = data.qvel[held.dofs]
-                    data.qfrc_applied[held.dofs] = drive[user] - impedance[user] * v
+                    v = axes[user] @ data.qvel[held.dofs]
+                    push = (drive[user] - impedance[user] * self._scale * v) * self._scale
+                    data.qfrc_applied[held.dofs] = push @ axes[user]
                 else:
                     data.qvel[held.dofs] = 0.0
             self._mujoco.mj_step(model, data)
+            for user, held in enumerate(self.held):
+                rates[user] += self._scale / steps * (axes[user] @ data.qvel[held.dofs])
             touched.update(self._whose[data.contact.geom].ravel().tolist())
         self._require_motion()
         for user, held in enumerate(self.held):
             if self._there[user] and held.is_finger and user not in touched:
-                free = drive[user] / impedance[user]
-                data.qpos[held.qpos], data.qvel[held.dofs] = before[user] + dt * free, free
+                rates[user] = drive[user] / impedance[user]
+                self._move_freely(held, before, rates[user] / self._scale, dt)
         self._mujoco.mj_kinematics(model, data)
         self.poses, self.contacts = self._poses(), self._contacts()
-        position = data.xipos[self._shown] - self._origin
-        self.position, self.velocity = position, (position - self.position) / dt
-        after = np.array([data.qpos[held.qpos] for held in self.held])
-        return np.asarray((after - before) / dt)
+        self._show(dt)
+        return rates
 
-    def _weigh(self, held: Grasp, armature_kg: float) -> None:
+    def _axes(self, held: Grasp) -> Array:
+        """Return a handle's axes of motion in the world, ``(dof, dof)``: a ball turns with it."""
+        axes = np.eye(self._dof)
+        if self._dof > 3:
+            axes[3:, 3:] = _rotation(self.data.qpos[held.ball]).as_matrix()
+        return axes
+
+    def _move_freely(self, held: Grasp, before: Array, v: Array, dt: float) -> None:
+        """Move a finger as its port alone does, from the coordinates of before."""
+        data = self.data
+        data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
+        if self._dof > 3:
+            turned = Rotation.from_rotvec(dt * v[3:]) * _rotation(before[held.ball])
+            data.qpos[held.ball] = turned.as_quat(scalar_first=True)
+        data.qvel[held.dofs] = v @ self._axes(held)
+
+    def _show(self, dt: float) -> None:
+        """Note where the first body that moves is, and how it turned."""
+        way = self.data.xipos[self._shown] - self._origin - self.position[:3]
+        if self._dof > 3:
+            turned = _rotation(self.data.xquat[self._shown])
+            way = np.append(way, self._lever_m * (turned * self._turned.inv()).as_rotvec())
+            self._turned = turned
+        self.position, self.velocity = self.position + way, way / dt
+
+    def _weigh(self, held: Grasp, armature: Array) -> None:
         """Set an armature, and what MuJoCo derives from it for the weights of contacts."""
-        if self.model.dof_armature[held.dofs.start] != armature_kg:
-            self.model.dof_armature[held.dofs] = armature_kg
+        if (self.model.dof_armature[held.dofs] != armature).any():
+            self.model.dof_armature[held.dofs] = armature
             self._mujoco.mj_setConst(self.model, self._scratch)
 
     def _touches(self, held: Grasp, on: bool) -> None:
@@ -192,7 +233,6 @@ class MujocoScene:
         worst = int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))
         name = self.model.body(int(self.model.dof_bodyid[worst])).name
         self._mujoco.mj_setState(self.model, self.data, self._good, self._whole)
-        self.lost = True  # users join anew
         raise RuntimeError(f"the scene became unstable at body {name!r}; a good state is back")
 
     def _state(self) -> Array:

@@ -90,7 +90,8 @@ def directly(exchange: Callable[[], R]) -> R:
 
 class Outside(NamedTuple):
     """An environment, the calls that are still to be passed on to it (added by the port's thread,
-    made perhaps by another one), how it is asked, what went wrong, and who is there.
+    made perhaps by another one), how it is asked, what went wrong, who is there, and where avatars
+    are that it moves itself, also by answers that come too late ``(users, dof)`` [m].
     """
 
     environment: BlackBox
@@ -98,17 +99,18 @@ class Outside(NamedTuple):
     call: Call
     faults: Faults
     there: tuple[bool, ...]
+    places: Array
 
 
 @visited.member(Outside)
 def _visited(
     s: Outside, there: tuple[bool, ...], begins: tuple[bool, ...], positions: Vectors
 ) -> Outside:
-    if getattr(s.environment, "lost", False):
-        begins = there
     for user, was in enumerate(s.there):
         if was and (begins[user] or not there[user]) and hasattr(s.environment, "leave"):
             s.pending.append(partial(s.environment.leave, user))
+        if begins[user]:
+            s.pending.append(partial(s.places.__setitem__, user, positions[user]))
         if begins[user] and hasattr(s.environment, "join"):
             s.pending.append(partial(s.environment.join, user, np.array(positions[user])))
     return s._replace(there=there)
@@ -131,7 +133,8 @@ def _answer(
         velocity = signal(environment.meet(drive, impedance, h), start.shape, "meet")
         force = drive - impedance[:, np.newaxis] * velocity
         force[np.abs(force) < ROUNDING * np.abs(drive)] = 0.0
-        return _replied(environment, velocity, force, True)
+        s.places[:] += h * np.nan_to_num(velocity)
+        return _replied(environment, velocity, s.places, force, True)
     if hasattr(environment, "local"):
         line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
         force, slope = (signal(each, start.shape, "local") for each in line)
@@ -142,16 +145,16 @@ def _answer(
     position = start + p.new_s * velocity
     position.flags.writeable = velocity.flags.writeable = False
     force = signal(environment.step(position, velocity, h), start.shape)
-    return _replied(environment, velocity, force, False)
+    return _replied(environment, velocity, position, force, False)
 
 
 def _replied(
-    environment: BlackBox, velocity: Array, force: Array, solved: bool
+    environment: BlackBox, velocity: Array, end: Array, force: Array, solved: bool
 ) -> tuple[Reply, Iterable[bool]]:
     good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
     forces = _rows(np.where(good, force, np.nan))
     stored_j, (x, xd) = _stored_j(environment), _shown(environment, force.shape[1:])
-    return Reply(True, _rows(velocity), forces, stored_j, x, xd, solved), ~good[:, 0]
+    return Reply(True, _rows(velocity), _rows(end), forces, stored_j, x, xd, solved), ~good[:, 0]
 
 
 @exchange.member(Outside)
@@ -161,7 +164,7 @@ def _exchange(
 ) -> tuple[Outside, Reply]:  # fmt: skip
     ask = partial(_answer, s, avatars, np.array(starts), np.array(velocities), p)
     rest = zero(starts[0])
-    damper = Reply(False, velocities, starts, -1.0, rest, rest, False)
+    damper = Reply(False, velocities, starts, starts, -1.0, rest, rest, False)
     reply, bad = s.faults.guarded(partial(s.call, ask), (damper, ()))
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pkgutil import resolve_name
 from typing import Any
 
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
@@ -68,18 +69,6 @@ def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
     return SoftBody(dents, Body(rest, rest)), SoftBodyParams(soft.exponent, soft.damping, face_m)
 
 
-def _box(setup: EnvironmentSetup) -> Any:
-    from pmwvc_core.scenes.body import Box
-
-    return Box(setup)
-
-
-def _scene(setup: EnvironmentSetup) -> Any:
-    from pmwvc_core.scenes.mujoco_scene import MujocoScene
-
-    return MujocoScene(setup)
-
-
 CUBE = Environment(
     name="cube", made=_cube, linear="cube", known=True, noun="the cube", movable=True
 )
@@ -103,10 +92,16 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
     own_energy=lambda p: "its environment is driven" if p.active_wall.amplitude_m > 0.0 else "",
 )
 
-BODY = Environment(name="body", outside=_box, noun="the box", prompt=True)
+# Imported only when they are made:
+BODY = Environment(
+    name="body",
+    outside=lambda setup: resolve_name("pmwvc_core.scenes.body:Box")(setup),
+    noun="the box",
+    prompt=True,
+)
 MUJOCO = Environment(
     name="mujoco",
-    outside=_scene,
+    outside=lambda setup: resolve_name("pmwvc_core.scenes.mujoco_scene:MujocoScene")(setup),
     contact_law=False,
     own_energy=lambda p: "a scene may fall, or be driven",
 )

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated
 from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
-from pmwvc_core.law.black_box.touched import ahead, exchange, visited
+from pmwvc_core.law.black_box.touched import exchange, visited
 from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
@@ -78,13 +78,14 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     environment, reply = exchange(environment, avatars, starts, velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
     if reply.answered:
-        ends = each(ahead, (starts, reply.velocities), p.new_s)
         way_m = max(way_m * max(1.0 - h / MEMORY_S, 0.0), length(xd) * h)
         for i in range(len(users)):
-            way_m = max(way_m, length(minus(ends[i], users[i].at)))
-        users = each(checked, (users, ends, reply.forces), way_m, p.learns and not reply.solved, h)
+            way_m = max(way_m, length(minus(reply.ends[i], users[i].at)))
+        users = each(
+            checked, (users, reply.ends, reply.forces), way_m, p.learns and not reply.solved, h
+        )
         stored_j, x, xd = reply.stored_j, reply.x, reply.xd
-    replies = (users, ports, starts, reply.velocities, reply.forces)
+    replies = (users, ports, starts, reply.velocities, reply.ends, reply.forces)
     ports, waves, sums = columns(each(_taken, replies, reply.answered, p))
     held_j = stored_j if stored_j < 0.0 else _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
@@ -106,8 +107,8 @@ def _start(s: UserPort, old_s: float) -> Vector:
 
 
 def _taken(
-    s: Seen, port: UserPort, start: Vector, velocity: Vector, force: Vector, answered: bool,
-    p: BlackBoxParams,
+    s: Seen, port: UserPort, start: Vector, velocity: Vector, x_s: Vector, force: Vector,
+    answered: bool, p: BlackBoxParams,
 ) -> tuple[UserPort, Pair, Accounts]:  # fmt: skip
     """Give a port velocity and force; return its waves, zero where it is contained, and sums."""
     a, h, rest = port.avatar, p.body.period_s, zero(start)
@@ -121,11 +122,10 @@ def _taken(
     else:
         velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
         force, wave = damper(a.impedance, velocity), Pair(rest, rest, 0.0)
+        x_s = plus(start, scaled(velocity, p.new_s))
         sums = Accounts(0.0, 0.0, 0.0, wave_j(a.u, h))
     avatar = a._replace(xd=velocity, f=force)
-    x_s = plus(start, scaled(velocity, p.new_s))
-    port = port._replace(avatar=avatar, x_s=x_s)
-    return port, wave, sums
+    return port._replace(avatar=avatar, x_s=x_s), wave, sums
 
 
 def _held(

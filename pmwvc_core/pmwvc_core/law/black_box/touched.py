@@ -163,6 +163,7 @@ class Reply(NamedTuple):
 
     answered: bool
     velocities: Vectors  # [m/s] of the avatars, as decoded
+    ends: Vectors  # [m] of the avatars
     forces: Vectors  # [N]
     stored_j: float
     x: Vector  # of the object
@@ -179,7 +180,7 @@ def _exchange(
         velocities = each(solved_line, (avatars, forces, slopes), p.identity)
     positions = each(ahead, (starts, velocities), p.new_s)
     s, forces, stored_j = moved_by(s, positions, velocities, p.body.period_s, p.environment)
-    return s, Reply(True, velocities, forces, stored_j, s.body.x, s.body.xd, False)
+    return s, Reply(True, velocities, positions, forces, stored_j, s.body.x, s.body.xd, False)
 
 
 # (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
