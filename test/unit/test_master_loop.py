@@ -230,7 +230,7 @@ def test_behind_another_server_the_force_starts_from_zero_even_after_a_stall_of_
 
 @pytest.mark.parametrize("stood", [5, 30, 299])
 def test_a_loop_that_stood_still_comes_back_without_a_step(stood):
-    """What it rendered fades in 20 ms; the control: after a stall of 5 ms the force is the new one
+    """What it rendered goes over into the new force in 20 ms; the control: after a stall of 5 ms the force is the new one
     at once, within the slew limit.
     """
     rig = answered(Rig(), range(8, 1200), wave=-0.3)
@@ -240,7 +240,7 @@ def test_a_loop_that_stood_still_comes_back_without_a_step(stood):
     rig.tick(1200 + stood, skipped=stood)
     answered(rig, range(1201 + stood, 1700), wave=-0.3)
     steps = [abs(b - a) for a, b in pairwise([before, *rig.device.forces])]
-    assert (max(steps) < 1.3 * before / 20.0) is (stood > 20)
+    assert (max(steps) < 2.0 * before / 20.0) is (stood > 20)
     assert rig.device.forces[-1] == pytest.approx(-25.0 * 0.05 + math.sqrt(50.0) * 0.3, rel=1e-2)
     back = next(k for k, f in enumerate(rig.device.forces) if k > 20 and f > 0.5)
     assert back < 150

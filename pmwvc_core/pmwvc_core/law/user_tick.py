@@ -111,7 +111,7 @@ def receive(s: ForceLoop, packets: list[Packet], now_ns: int, p: UserParams) -> 
     for packet in packets:
         arrivals, newest = arrive(arrivals, packet, now_ns, p.arrivals), packet
         if packet.fresh:
-            limit = limits_restart(limit, False) if servers > 0 else limit
+            limit = limits_restart(limit) if servers > 0 else limit
             servers += 1
     return s._replace(arrivals=arrivals, newest=newest, servers=servers, limits=limit)
 
@@ -122,7 +122,7 @@ def user_tick(
 ) -> tuple[ForceLoop, Vector, Vector]:  # fmt: skip
     """Run a tick of a frame that has begun; return the forces wanted and for the device [N]."""
     if (tick - s.due) * p.tick_s > FADE_S:
-        s = s._replace(limits=limits_restart(s.limits, True))
+        s = s._replace(limits=s.limits._replace(before=s.limits.f, left=1.0))
     if packets is not None:
         s = receive(s, packets, now_ns, p)
     next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0
