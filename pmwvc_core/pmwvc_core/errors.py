@@ -29,16 +29,10 @@ class ScenarioError(ParameterError):
     """A scenario holds mistakes; ``problems`` lists all of them, one line each."""
 
     def __init__(self, source: str, problems: list[str]) -> None:
-        self.source = source
-        self.problems = problems
-        super().__init__(f"{source}: " + "; ".join(problems))
-
-    def __str__(self) -> str:
-        """Return one line per problem, the way a person wants to read them."""
-        if len(self.problems) == 1:
-            return f"{self.source}: {self.problems[0]}"
-        lines = "\n".join(f"  - {problem}" for problem in self.problems)
-        return f"{self.source}: {len(self.problems)} problems\n{lines}"
+        self.source, self.problems = source, problems
+        lines = "".join(f"\n  - {problem}" for problem in problems)
+        text = problems[0] if len(problems) == 1 else f"{len(problems)} problems{lines}"
+        super().__init__(f"{source}: {text}")
 
 
 class RecordingError(PmwvcError):

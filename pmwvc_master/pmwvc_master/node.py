@@ -108,9 +108,11 @@ class Master:
         self._warn(self.settings.master)
 
     def _warn(self, master: MasterParams) -> None:
-        given, waves = self.settings, has_waves(self.settings.controller)
-        info, strict = self.device.info, given.strict
-        for text in warnings_of_device(info, master, given.device, waves=waves, strict=strict):
+        given, force_n = self.settings, self.loop.protocol.p.limits.max_force
+        waves, strict = has_waves(given.controller), given.strict
+        for text in warnings_of_device(
+            self.device.info, master, given.device, force_n=force_n, waves=waves, strict=strict
+        ):
             self.node.get_logger().warning(text)
 
     def run(self, stop: threading.Event) -> None:
@@ -150,12 +152,9 @@ class Master:
         late, self._late = protocol.s.late - self._late, protocol.s.late
         state = STATES[int(protocol.state)]
         values |= {
-            "device samples": self.loop.work.samples,
-            LATE_SAMPLES: protocol.s.late,
-            "state": state,
-            "reason": protocol.reason,
-            "safety events": protocol.s.limits.events,
-        }
+            "device samples": self.loop.work.samples, LATE_SAMPLES: protocol.s.late,
+            "state": state, "reason": protocol.reason, "safety events": protocol.s.limits.events,
+        }  # fmt: skip
         values |= diagnostics(protocol.inbox, out="up", into="down")
         wrong, peers = self._watch.peers.look()
         values |= peers

@@ -33,10 +33,9 @@ Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
 def caller(params: ServerParams) -> Call:
     """Return how the environment of a server is asked."""
-    asked = environment_of(params.environment)
-    if not COUPLINGS.of(params.coupling).black_box or asked.made or asked.prompt:
-        return directly
-    return Worker(WAIT_RATIO * params.period_s)
+    black_box, asked = COUPLINGS.of(params.coupling).black_box, environment_of(params.environment)
+    at_once = not black_box or asked.made or asked.prompt
+    return directly if at_once else Worker(WAIT_RATIO * params.period_s)
 
 
 class Worker:

@@ -38,11 +38,9 @@ from pmwvc_server.wires import RosWires, markers
 
 MARKER_HZ = 30.0
 NEWS = {
-    Presence.ABSENT: "left",
-    Presence.JOINING: "joins",
-    Presence.COUPLED: "is coupled",
+    Presence.ABSENT: "left", Presence.JOINING: "joins", Presence.COUPLED: "is coupled",
     Presence.DAMPING: "is silent: its avatar is damped",
-}
+}  # fmt: skip
 
 
 class ServerNode:

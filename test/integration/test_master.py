@@ -130,7 +130,7 @@ def test_broken_packets_are_counted_and_change_nothing():
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
-        ({"device.plugin": "touch"}, r"'touch': not installed; there are: .*simulated"),
+        ({"device.plugin": "glove"}, r"'glove': not installed; there are: .*simulated"),
         ({"device.mass": -1.0}, r"device.mass = -1.0: must be > 0 kg"),
         (
             {"master.velocity_filter.kind": "exact", "master.velocity_filter.share": 0.99},

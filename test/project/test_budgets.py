@@ -30,9 +30,9 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "laws": Room(5_967, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_962, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_401,
+        3_394,
         2_500,
         inside(
             "pmwvc_core",
@@ -40,10 +40,10 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(945, 500, inside("pmwvc_core", "scenes")),
+    "scenes": Room(991, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_904,
+        4_890,
         4_700,
         (
             *inside(
@@ -78,20 +78,25 @@ ROOMS = {
     "figures and reports": Room(
         2_252, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_201, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_200, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        581,
-        581,
+        1_250,
+        1_250,
         inside(
             "pmwvc_master",
             "devices/vendor.py",
+            "devices/profile.py",
+            "devices/plausible.py",
+            "devices/check.py",
+            "devices/touch.py",
+            "devices/lerobot.py",
             "devices/haply.py",
             "devices/inverse_link.py",
             "devices/force_dimension.py",
         ),
     ),
-    "nodes": Room(2_054, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_028, 3_000, ("pmwvc_view",)),
+    "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_033, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -29,6 +29,8 @@ DEVICES = {
     "simulated": "pmwvc_master.devices.simulated:SimulatedDevice",
     "ros_topic": "pmwvc_master.devices.ros_topic:RosTopicDevice",
     "haply": "pmwvc_master.devices.haply:HaplyDevice",
+    "lerobot": "pmwvc_master.devices.lerobot:LerobotDevice",
+    "touch": "pmwvc_master.devices.touch:TouchDevice",
     "force_dimension": "pmwvc_master.devices.force_dimension:ForceDimensionDevice",
 }
 OPTIONAL = {"numba", "mujoco"}  # one module needs it, which says so where it is missing

@@ -7,7 +7,7 @@ enum { ID = 5 };
 double fake_position[3] = {0.01, 0.02, 0.03}, fake_velocity[3] = {0.1, 0.2, 0.4};
 double fake_force[3] = {9.0, 9.0, 9.0};
 double fake_force_when_enabled = -1.0;
-int fake_type = 33, fake_serial = 77, fake_busy = 0, fake_power = 1, fake_calibrated = 1;
+int fake_type = 33, fake_serial = 77, fake_reported_serial = 77, fake_busy = 0, fake_power = 1, fake_calibrated = 1;
 int fake_result = 0;         // of reads
 int fake_force_result = 0;   // of forces
 int fake_enabled = 0, fake_open = 0, fake_window_ms = 20;
@@ -24,6 +24,10 @@ int dhdClose(char id) {
   int result = checked(id, 0);
   fake_open = 0;
   return result;
+}
+int dhdGetSerialNumber(unsigned short *serial, char id) {
+  *serial = fake_reported_serial;
+  return checked(id, 0);
 }
 int dhdGetSystemType(char id) { return checked(id, fake_type); }
 const char *dhdGetSystemName(char id) { return id == ID ? "fake" : 0; }

@@ -78,7 +78,7 @@ def lab(monkeypatch):
 @pytest.mark.parametrize(
     ("name", "changes", "text"),
     [
-        ("touch", {}, r"'touch': not installed; .*ros_topic, simulated"),
+        ("glove", {}, r"'glove': not installed; .*ros_topic, simulated"),
         ("absent", {}, r"lab_vendor_library:Device\) cannot be imported: ModuleNotFoundError"),
         ("broken", {}, r"lab_devices:broken\) cannot be made: OSError: no device on /dev/stick0"),
         ("stone", {}, r"is not a device: it lacks open, read, write, couple, stop, close, info"),
@@ -119,11 +119,12 @@ def info(**declared):
     [
         ({}, 8.0),
         ({"max_force": 0.5}, 0.5),
-        ({"max_force": 3.3, "continuous_force": 0.88}, 0.88),
+        ({"max_force": 3.3, "continuous_force": 0.88}, 3.3),
+        ({"continuous_force": 0.88}, 0.88),
         ({"max_force": 30.0}, 8.0),
     ],
 )
-def test_the_force_limit_is_the_smaller_of_the_limits_and_the_devices_own(declared, expected):
+def test_the_force_limit_is_never_above_the_devices_peak(declared, expected):
     assert limits_of(info(**declared), SafetyParams()) == SafetyParams(max_force=expected)
 
 
@@ -177,8 +178,17 @@ def test_beyond_the_workspace_a_force_only_brakes():
     assert max(back[:20]) < 0.3 and back[-1] == pytest.approx(5.0, rel=0.01)
 
 
-def warned(declared, master, device, *, waves=True, strict=True):
-    return list(warnings_of_device(declared, master, device, waves=waves, strict=strict))
+def warned(declared, master, device, *, force_n=3.0, waves=True, strict=True):
+    options = {"force_n": force_n, "waves": waves, "strict": strict}
+    return list(warnings_of_device(declared, master, device, **options))
+
+
+def test_a_force_above_the_continuous_one_is_named_before_the_motors_heat():
+    lasting = info(max_force=3.3, continuous_force=0.88)
+    (text,) = warned(lasting, MasterParams(), DeviceParams(), force_n=3.3)
+    assert text.startswith("safety.max_force = 3.3 N: the device holds 0.88 N for long")
+    assert not warned(lasting, MasterParams(), DeviceParams(), force_n=0.88)
+    assert not warned(info(max_force=3.3), MasterParams(), DeviceParams(), force_n=3.3)
 
 
 def test_a_light_device_is_warned_of_before_it_hums():

@@ -2,61 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Force Dimension device against a fake of the vendor's library, made by the C compiler."""
 
-import ctypes
+import contextlib
 import math
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 from rclpy.parameter import Parameter
+from support.fake_library import FakeLibrary, compiled, needs_compiler
 from support.processes import ros
 from support.vendor_setup import vendor_setup
 
-from pmwvc_core.errors import DeviceError, ParameterError
+from pmwvc_core.errors import DeviceError
 from pmwvc_master.devices.force_dimension import ForceDimensionDevice, ForceDimensionParams
 
-SOURCE = Path(__file__).resolve().parents[1] / "support" / "fake_dhd.c"
-COMPILER = shutil.which("cc")
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler for the fake library")
 
-
-def compiled(folder, *options):
-    path = folder / "libdhd.so.3"
-    subprocess.run([COMPILER, "-shared", "-fPIC", *options, "-o", path, SOURCE], check=True)
-    return path
-
-
-class Fake:
-    """The variables of the fake library."""
-
-    def __init__(self, path):
-        self.path, self._library = str(path), ctypes.CDLL(str(path))
-
-    def vector(self, name):
-        return (ctypes.c_double * 3).in_dll(self._library, f"fake_{name}")
-
-    def __getitem__(self, name):
-        return ctypes.c_int.in_dll(self._library, f"fake_{name}").value
-
-    def __setitem__(self, name, value):
-        ctypes.c_int.in_dll(self._library, f"fake_{name}").value = value
-
-    def made(self, dof=1, **params):
-        params = ForceDimensionParams(**({"library": self.path} | params))
-        return ForceDimensionDevice(vendor_setup("force_dimension", dof), params)
-
-    def opened(self, dof=1, **params):
-        device = self.made(dof, **params)
-        device.open()
-        return device
+def made(dof=1, **params):
+    return ForceDimensionDevice(
+        vendor_setup("force_dimension", dof), ForceDimensionParams(**params)
+    )
 
 
 @pytest.fixture
 def fake(tmp_path):
     """A library of its own for each test: its variables are as they were."""
-    return Fake(compiled(tmp_path))
+    path = compiled(tmp_path, "fake_dhd.c", "libdhd.so.3")
+    with contextlib.closing(FakeLibrary(path, made)) as library:
+        yield library
 
 
 @needs_compiler
@@ -85,8 +56,7 @@ def test_three_axes_are_turned_alike_for_motion_and_force(fake):
 def test_forces_are_switched_on_at_zero_and_off_at_the_end(fake):
     device = fake.opened()
     assert (fake["enabled"], fake["window_ms"]) == (1, 1)
-    at = ctypes.c_double.in_dll(fake._library, "fake_force_when_enabled")
-    assert at.value == 0.0
+    assert fake.number("force_when_enabled").value == 0.0
     device.write(3.0)
     for _ in range(2):
         device.stop()
@@ -138,7 +108,7 @@ def test_a_position_that_is_not_new_is_not_fresh(fake):
     [
         ({"busy": 1}, {}, r"no device can be opened \(device in use\): plug it in"),
         ({}, {"serial": 8}, r"no serial = 8 can be opened"),
-        ({"type": 60}, {}, r"model = 'omega\.3': the device is fake \(type 60\); set the model"),
+        ({"type": 60}, {}, r"model = 'omega\.3': the device is fake \(type 60\), .*set its model"),
         ({"power": 0}, {}, "not ready; switch it on"),
         ({"calibrated": 0}, {}, "not ready; calibrate it"),
         ({"force_result": -1}, {}, "dhdSetForce failed: device in use"),
@@ -156,10 +126,32 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy(fake, state, params, t
 
 
 @needs_compiler
+def test_another_device_than_the_one_asked_for_is_refused_and_one_that_has_a_master(fake):
+    fake["reported_serial"] = 78
+    with pytest.raises(DeviceError, match=r"serial = 77: the device is fake .* number 78"):
+        fake.opened(serial=77)
+    fake.opened()
+    other = made(library=fake.path)
+    with pytest.raises(DeviceError, match="device 78: another master has it"):
+        other.open()
+    fake.close()
+    other.open()
+    other.close()
+
+
+@needs_compiler
+def test_millimetres_on_any_axis_are_refused_when_opened(fake):
+    fake.vector("position")[2] = 30.0
+    with pytest.raises(DeviceError, match=r"force_dimension: position \(.*30\) m .*these mm"):
+        fake.opened()
+    assert not fake["open"]
+
+
+@needs_compiler
 def test_a_library_that_lacks_a_call_is_named_with_it(tmp_path):
-    path = compiled(tmp_path, "-DLACKS")
+    path = compiled(tmp_path, "fake_dhd.c", "libdhd.so.3", "-DLACKS")
     with pytest.raises(DeviceError, match=r"libdhd\.so\.3': lacks dhdSetForce; install a newer"):
-        Fake(path).opened()
+        made(library=str(path)).open()
 
 
 def test_a_library_that_is_not_there_is_named_with_the_remedy(tmp_path):
@@ -178,5 +170,5 @@ def test_limits_are_those_of_the_model_and_parameters_the_nodes():
         device = ForceDimensionDevice(vendor_setup("force_dimension", 3, node=peer.node))
     assert (device.info.model, device.info.max_force) == ("falcon", 8.0)
     assert (device.info.workspace_m, device.info.dof) == (0.04, 3)
-    with pytest.raises(ParameterError, match=r"one of omega\.3, .*falcon"):
-        ForceDimensionParams(model="omega.9")
+    with pytest.raises(DeviceError, match=r"model = 'omega\.9': must be delta\.3, .*YAML"):
+        ForceDimensionDevice(vendor_setup("force_dimension"), ForceDimensionParams("omega.9"))

@@ -1,57 +1,28 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The Haply device against a fake Inverse Service, which is late, silent, gone or wrong.
+"""The Haply device against a fake Inverse Service: motion, force, age.
 
 Time is that of the ticks, which the test says; a read waits for the service as long as the test
 lets it, or not at all.
 """
 
-import contextlib
 import math
-import socket
-import threading
 
 import numpy as np
 import pytest
-from rclpy.parameter import Parameter
+from support.haply_rig import exchanged, let_wait, opened
 from support.inverse_service import InverseService
-from support.loop_rig import TICK_NS, TICKS, Rig
-from support.processes import ros
-from support.vendor_setup import vendor_setup
+from support.loop_rig import TICK_NS
 
-from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.frame import STALE_NS
-from pmwvc_core.master.safety import SafetyState
 from pmwvc_master.devices import haply, inverse_link
-from pmwvc_master.devices.haply import CALL_NS, HaplyDevice, HaplyParams
-
-FOREVER_NS = -60 * 10**9  # a clock that is never due: reads wait until an answer has come
+from pmwvc_master.devices.haply import CALL_NS
 
 
 @pytest.fixture
 def waiting(monkeypatch):
     """Reads wait for an answer."""
-    monkeypatch.setattr(haply, "monotonic_ns", lambda: FOREVER_NS)
-
-
-@contextlib.contextmanager
-def opened(service, *, dof=1, **params):
-    device = HaplyDevice(vendor_setup("haply", dof), HaplyParams(service=service.url, **params))
-    try:
-        device.open()
-        assert service.force()[1] == {"x": 0.0, "y": 0.0, "z": 0.0}
-        yield device
-        device.stop()
-    finally:
-        device.close()
-
-
-def exchanged(service, device, f_m, tick=1):
-    """Return the force that came for a tick's, then the sample of the next tick."""
-    device.read(tick * TICK_NS)
-    device.write(f_m)
-    force = service.force()[1]
-    return force, device.read((tick + 1) * TICK_NS)
+    let_wait(monkeypatch)
 
 
 @pytest.mark.parametrize("version", ["3.5", "3.1"])
@@ -194,173 +165,9 @@ def test_stop_sends_zero_force(waiting):
         assert service.force()[1] == {"x": 0.0, "y": 0.0, "z": 0.0}
 
 
-def test_a_service_that_went_away_is_called_every_second(waiting, monkeypatch):
-    with InverseService() as service, opened(service) as device:
-        exchanged(service, device, 1.0)
-        service.stop()
-        calls = []
-        made = haply.InverseLink
-        monkeypatch.setattr(haply, "InverseLink", lambda *of: (calls.append(1), made(*of))[1])
-        lost = None
-        for tick in range(2, 3000):
-            sample = device.read(tick * TICK_NS)
-            device.write(1.0)
-            lost = lost or (not sample.valid and tick)
-        assert lost and len(calls) == (3000 - 1 - lost) // 1000
-        service.start()
-        until(device, CALL_NS * 5, lambda: device._form)
-        assert not device._sample.valid
-        force, sample = exchanged(service, device, 0.0, 5000)
-        assert force["x"] == 0.0 and sample.valid and service.forces.empty()
-
-
-def test_a_call_that_nobody_answers_ends_after_a_second():
-    with InverseService() as service, opened(service) as device:
-        service.stop()
-        with socket.create_server(("127.0.0.1", service.port)):
-            while device._link is not None:
-                device.read(TICK_NS)
-            assert device.read(TICK_NS + CALL_NS).valid is False and device._link is not None
-            device.read(2 * CALL_NS)
-            assert device._link is not None
-            device.read(TICK_NS + 2 * CALL_NS)
-            assert device._link is None
-        service.start()
-
-
-def until(device, due_ns, there):
-    """Read, at one moment, until something has come."""
-    for _ in range(10**6):
-        device.read(due_ns)
-        if there():
-            return
-    raise AssertionError("nothing came")
-
-
-def frame(rig, grid):
-    if grid % TICKS == 4:
-        rig.answer(-0.7)
-    rig.tick(grid)
-
-
-def test_after_a_service_went_away_the_force_rises_from_zero_once_re_armed(waiting):
-    with InverseService() as service, opened(service) as device:
-        rig = Rig()
-        rig.loop.device = device
-        for grid in range(800):
-            frame(rig, grid)
-        before = [service.force()[1]["x"] for _ in range(800)]
-        assert before[-1] < -1.0
-        service.stop()
-        for grid in range(800, 1790):
-            frame(rig, grid)
-        assert rig.loop.protocol.state == SafetyState.DAMPING
-        for grid in range(1790, 2000):
-            frame(rig, grid)
-        assert rig.loop.protocol.state == SafetyState.FAULT
-        while not service.forces.empty():  # sent before the loss was known
-            service.force()
-        service.start()
-        until(device, 2999 * TICK_NS, lambda: device._form)
-        for grid in range(3000, 3200):
-            frame(rig, grid)
-        assert {service.force()[1]["x"] for _ in range(200)} == {0.0}
-        assert rig.loop.protocol.state == SafetyState.FAULT
-        rig.loop.protocol.rearm()
-        for grid in range(3200, 4200):
-            frame(rig, grid)
-        after = [service.force()[1]["x"] for _ in range(1000)]
-        steps = np.abs(np.diff(after))
-        assert abs(after[0]) < 0.02 and after[-1] == pytest.approx(before[-1], rel=1e-6)
-        assert steps.max() < 0.05
-
-
-@contextlib.contextmanager
-def serving(answer, port):
-    """Answer the first call at a port with something else than a WebSocket."""
-    with socket.create_server(("127.0.0.1", port)) as server:
-
-        def serve():
-            connection, _ = server.accept()
-            with connection:
-                connection.recv(1 << 16)
-                connection.sendall(answer)
-
-        thread = threading.Thread(target=serve, daemon=True)
-        thread.start()
-        yield
-        thread.join()
-
-
-def refused(service, match, **params):
-    device = HaplyDevice(vendor_setup("haply"), HaplyParams(service=service.url, **params))
-    with pytest.raises(DeviceError, match=match):
-        device.open()
-    device.close()
-
-
-def test_what_cannot_be_opened_is_refused_with_the_remedy():
-    with InverseService() as service:
-        with opened(service):
-            refused(service, r"haply\.device_id = '049D': another master has this device")
-        with opened(service):  # given back
-            pass
-        refused(service, r"device_id = '04A1': must be one of 049D", device_id="04A1")
-        refused(service, r"model = 'minverse': device 049D is a inverse3; set", model="minverse")
-        service.position = [0.0, -120.0, 150.0]
-        refused(service, r"position \(0, -120, 150\) m: are these mm\?")
-        service.position, service.status = [0.0, 0.0, 0.0], {"calibrated": False}
-        refused(service, "not calibrated")
-        service.ids = ("049D", "04A1")
-        refused(service, r"device_id = '': must be one of 049D, 04A1")
-        service.ids = ()
-        refused(service, "one of none; plug it in")
-    with serving(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", service.port):
-        refused(service, "no WebSocket: .*404; start the Haply Hub")
-    refused(service, r"haply\.service = 'ws://127.*refused; start the Haply Hub")
-    with pytest.raises(DeviceError, match=r"haply\.service = 'localhost'"):
-        HaplyDevice(vendor_setup("haply"), HaplyParams(service="localhost"))
-    with pytest.raises(DeviceError, match="has 3 axes; set dof = 4 to 3 or less"):
-        HaplyDevice(vendor_setup("haply", 4), HaplyParams())
-    for axes in ("x x z", "x y", "xyz", "x y z w"):
-        with pytest.raises(DeviceError, match=r"haply\.axes = .*x, y and z once"):
-            HaplyDevice(vendor_setup("haply"), HaplyParams(axes=axes))
-
-
 def test_two_devices_of_one_service_have_a_master_each(waiting):
     with InverseService(ids=("049D", "04A1")) as service:
         with opened(service, device_id="049D") as one, opened(service, device_id="04A1") as two:
             for name, device in (("049D", one), ("04A1", two)):
                 device.write(1.0)
                 assert service.force() == (name, {"x": -1.0, "y": 0.0, "z": 0.0})
-
-
-def node_of(service, **given):
-    """Join as a node that was given parameters of the device."""
-    given = {f"haply.{name}": value for name, value in (given | {"service": service.url}).items()}
-    return ros(
-        parameter_overrides=[Parameter(name, value=value) for name, value in given.items()],
-        automatically_declare_parameters_from_overrides=True,
-    )
-
-
-def test_parameters_are_the_nodes_and_the_services_settings_are_told(monkeypatch):
-    with InverseService() as service, node_of(service, axes="z x y") as peer:
-        said = []
-        monkeypatch.setattr(HaplyDevice, "_tell", lambda _, text: said.append(text))
-        device = HaplyDevice(vendor_setup("haply", node=peer.node))
-        assert device._params == HaplyParams(service=service.url, axes="z x y")
-        device.open()
-        device.close()
-        text = " ".join(said)
-        assert "049D, forces as 'vector', limits from Inverse SDK" in text
-        assert '"force_gate": {"gain": 0.3}' in text and "gravity_compensation" in text
-    with pytest.raises(ParameterError, match=r"must be one of inverse3, minverse"):
-        HaplyParams(model="inverse4")
-
-
-def test_limits_of_the_model_are_declared():
-    device = HaplyDevice(vendor_setup("haply"), HaplyParams())
-    assert (device.info.max_force, device.info.workspace_m) == (10.0, 0.1)
-    small = HaplyDevice(vendor_setup("haply"), HaplyParams(model="minverse"))
-    assert (small.info.max_force, small.info.workspace_m) == (None, 0.04)

@@ -10,7 +10,7 @@ master is coupled and the avatar touches, of a hand that means to hold a force, 
 
 *Disturbed* is a user that is not coupled, or has less than half of that force once it was felt,
 though the scenario does not take it away: at the start, in outages of a link, while a node that it
-kills or stops does not run; each with the time to be coupled again.
+kills or stops does not run, each with the time to be coupled again; and what slips out of a grip.
 
 The *voluntary band* has the frequencies at which hands and environments move on purpose. For a
 target that rests, hands move below half a hertz; while they close, below 6 Hz over the duration of
@@ -97,6 +97,9 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         return found
     since = slice(int(np.argmax(felt_at)), None)
     below = size < 0.5 * undisturbed_n
+    if not scenario.environment.known:  # it may slip out of a grip, and be touched again
+        pushes = np.linalg.norm(server.f_s[index], axis=-1) >= 0.5 * undisturbed_n
+        below &= ~together | (pushes[row] & ~impact)
     below[: since.start] = False
     return found._replace(
         force_undisturbed_n=undisturbed_n,
@@ -128,9 +131,8 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
 
 def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
     """Tell at which ticks the scenario takes the coupling of a user away."""
-    back_s = (
-        th.BACK_S + known.safety.soft_start_s + mean_s(known.link_up) + mean_s(known.link_down)
-    )
+    delays_s = mean_s(known.link_up) + mean_s(known.link_down)
+    back_s = th.BACK_S + known.safety.soft_start_s + delays_s
     server_s = traces.server.time_s[:1] if traces.server is not None else ()
     found = [(0.0, float(max([user.time_s[0], *server_s])))]
     zeros = traces.metadata.get("fate_zero_ns", {})
@@ -212,9 +214,8 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
         return max(th.REST_BAND_HZ, th.HARMONICS * operator.frequency_hz)
     if operator.is_chirp:
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    if operator.is_remote or operator.is_recorded:
-        return th.RECORDED_HZ
-    return th.REST_BAND_HZ
+    by_hand = operator.is_remote or operator.is_recorded
+    return th.RECORDED_HZ if by_hand else th.REST_BAND_HZ
 
 
 def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
@@ -223,15 +224,14 @@ def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
 
     ``closing``: hands close in what is judged.
     """
-    moves = scenario.task.moves
-    rise = scenario.task.move_rise_s
-    band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
+    rise_s, moves = scenario.task.move_rise_s, scenario.task.moves
+    hands = [user.operator for user in scenario.users]
+    band = max(operator_band_hz(hand, rise_s, moves=moves) for hand in hands)
     band = max(band, th.HARMONICS * scenario.environment.drive_hz(scenario.server))
     if closing:
         band = max(band, th.MINIMUM_JERK / scenario.task.grip_rise_s)
-    drives = (user.operator.frequency_hz for user in scenario.users)
-    driven = all(user.operator.is_sinusoid for user in scenario.users)
-    highest = max(drives) if driven else band
+    driven = all(hand.is_sinusoid for hand in hands)
+    highest = max(hand.frequency_hz for hand in hands) if driven else band
     slowest = max(scenario.server.period_s, *(user.master.frame_s for user in scenario.users))
     return band, highest / max(1.0 / slowest - highest, highest)
 

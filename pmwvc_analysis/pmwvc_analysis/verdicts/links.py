@@ -26,18 +26,14 @@ CAME = {
     "corrupted": "came corrupted",
 }
 OF_SENDERS = {
-    "stale": "of a sender that had left, or far from its numbers",
-    "stranger": "of another sender",
-    "other_session": "of another session",
-    "forged": "without the user's token",
-    "flood": "beyond the rate of a sender",
-    "malformed": "that were no packets",
+    "stale": "of a sender that had left, or far from its numbers", "stranger": "of another sender",
+    "other_session": "of another session", "forged": "without the user's token",
+    "flood": "beyond the rate of a sender", "malformed": "that were no packets",
     "not_finite": "with numbers that are not finite",
-    "wrong_length": "of other degrees of freedom",
-    "wrong_period": "of another period",
+    "wrong_length": "of other degrees of freedom", "wrong_period": "of another period",
     "too_large": "with waves beyond any legal device",
     "other_controller": "of another kind of controller",
-}
+}  # fmt: skip
 
 
 def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:

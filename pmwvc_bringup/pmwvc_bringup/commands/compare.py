@@ -8,7 +8,7 @@ import argparse
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing, terminal
@@ -18,24 +18,19 @@ if TYPE_CHECKING:
     from pmwvc_analysis.replay.run import Replay
 
 
+EACH = "values of a parameter; may be repeated"
+VALUES: Any = {"action": "append", "default": [], "metavar": "NAME=A,B,..."}
+
+
 @cli.command(
-    cli.SCENARIO,
-    cli.USERS,
-    cli.argument(
-        "--over",
-        "values of a parameter; may be repeated",
-        action="append",
-        default=[],
-        metavar="NAME=A,B,...",
-    ),
+    cli.SCENARIO, cli.USERS, cli.argument("--over", EACH, **VALUES),
     cli.argument("--controllers", "the same as --over controller=A,B,...", metavar="A,B,..."),
     cli.DURATION.but("length of each session in s"),
     cli.SET.but("change a parameter of all; may be repeated"),
     cli.LIVE.but("real nodes instead of virtual time"),
     cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
-    cli.NO_FIGURES,
-    cli.COMPARISON,
-)
+    cli.NO_FIGURES, cli.COMPARISON,
+)  # fmt: skip
 def compare(arguments: argparse.Namespace) -> cli.Result:
     """Run a scenario with several parameter values and compare the results.
 
@@ -89,13 +84,10 @@ HAND = (
 
 
 @cli.command(
-    cli.FOLDER,
-    cli.SET,
-    cli.argument("--hand", HAND, choices=("operator", "force")),
+    cli.FOLDER, cli.SET, cli.argument("--hand", HAND, choices=("operator", "force")),
     cli.OUT.but("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
-    cli.NO_FIGURES,
-    cli.COMPARISON,
-)
+    cli.NO_FIGURES, cli.COMPARISON,
+)  # fmt: skip
 def replay_(arguments: argparse.Namespace) -> cli.Result:
     """Replay a recorded session in virtual time with other parameters.
 
@@ -157,18 +149,13 @@ def _reported(
     hands = result.prescribed.hands
     same = reproduced(result.differences) if not changes else None
     about = {
-        "kind": "replay",
-        "lead": lead(result, same),
-        "recorded": path,
-        "changes": changes,
+        "kind": "replay", "lead": lead(result, same), "recorded": path, "changes": changes,
         "differences": [{**user, "hand": hands[user["name"]]} for user in result.differences],
         "tolerance": {"force_n": FORCE_N, "position_m": POSITION_M},
-        "exact": exact(result.differences) if not changes else None,
-        "reproduced": same,
+        "exact": exact(result.differences) if not changes else None, "reproduced": same,
         "limits": [limit._asdict() for limit in result.limits],
-        "times_real_time": times_real_time,
-        "notes": result.prescribed.notes,
-    }
+        "times_real_time": times_real_time, "notes": result.prescribed.notes,
+    }  # fmt: skip
     title = f"Replay of {result.recorded_scenario.name}"
     entries = [measured(recorded), measured(replayed)]
     found = write(folder, title, entries, about, figures=figures)

@@ -85,12 +85,10 @@ def simulate_(arguments: argparse.Namespace) -> cli.Result:
     return finish(console, folder, scenario, check=check, figures=figures)
 
 
-@cli.command(
-    cli.FOLDER,
-    cli.CHECK,
-    cli.OUT.but("where to write it (default: the session folder)"),
-    cli.SUMMARY,
-)
+WHERE = cli.OUT.but("where to write it (default: the session folder)")
+
+
+@cli.command(cli.FOLDER, cli.CHECK, WHERE, cli.SUMMARY)
 def report(arguments: argparse.Namespace) -> cli.Result:
     """Rewrite the report of a recorded session.
 
@@ -107,13 +105,13 @@ def report(arguments: argparse.Namespace) -> cli.Result:
 TARGETS = {"csv": "csv", "mat": "session.mat"}
 
 
+AS = "what to write (default: csv)"
+
+
 @cli.command(
-    cli.FOLDER,
-    cli.argument(
-        "--as", "what to write (default: csv)", dest="kind", choices=(*TARGETS,), default="csv"
-    ),
+    cli.FOLDER, cli.argument("--as", AS, dest="kind", choices=(*TARGETS,), default="csv"),
     cli.OUT.but("file, or folder of CSV files (default: in the session folder)", metavar="PATH"),
-)
+)  # fmt: skip
 def export_(arguments: argparse.Namespace) -> cli.Result:
     """Write the signals of a recorded session as CSV or MAT.
 

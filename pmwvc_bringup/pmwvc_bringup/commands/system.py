@@ -3,6 +3,7 @@
 """Commands around a session: the machine, scenarios, links, access."""
 
 import argparse
+import os
 import sys
 import textwrap
 from dataclasses import asdict
@@ -12,10 +13,7 @@ from pmwvc_bringup import command as cli
 from pmwvc_core.errors import PmwvcError
 
 
-@cli.command(
-    cli.FOLDER.but(nargs="?"),
-    cli.JSON.but("print the findings as JSON on stdout"),
-)
+@cli.command(cli.FOLDER.but(nargs="?"), cli.JSON.but("print the findings as JSON on stdout"))
 def doctor(arguments: argparse.Namespace) -> cli.Result:
     """Check this machine or a recorded session.
 
@@ -94,10 +92,7 @@ def token(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result()
 
 
-@cli.command(
-    *cli.GIVEN,
-    cli.JSON,
-)
+@cli.command(*cli.GIVEN, cli.JSON)
 def links(arguments: argparse.Namespace) -> cli.Result:
     """Show the links of a scenario, with the effects of each.
 
@@ -119,3 +114,38 @@ def links(arguments: argparse.Namespace) -> cli.Result:
         found.append({"name": name, "mean_delay_s": mean_s(params), "does": does})
         print(f"{name}: {', '.join(does)}")
     return cli.Result(document={"links": found})
+
+
+@cli.command(
+    cli.argument("action", "check: open one", nargs="?", choices=("check",), metavar="check"),
+    cli.argument("name", "kind of device", nargs="?", metavar="NAME"), cli.JSON,
+    cli.SET.but("change a parameter of the master, as haply.axes; may be repeated"),
+    cli.argument("--force", "push the hand with so many N", type=float, default=0.0, metavar="N"),
+)  # fmt: skip
+def devices(arguments: argparse.Namespace) -> cli.Result:
+    """List the kinds of haptic device, or check one before a hand is on it.
+
+    examples:
+      pmwvc devices                                what is there, what is missing, how to get it
+      pmwvc devices check haply                    rate, age, noise, signs, units; without a force
+      pmwvc devices check touch --set dof=3 --force 0.2      and a push of 0.2 N along each axis
+
+    exit code of check: 1 when something is not as it should be
+    """
+    from pmwvc_bringup.scenarios import settings
+    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, require_ros
+
+    require_ros()
+    os.environ |= own_environment({RANGE: LOCALHOST, **os.environ})
+    values, problems = settings(arguments.settings)
+    if problems or bool(arguments.action) != bool(arguments.name):
+        raise PmwvcError("; ".join(problems) or "which device? pmwvc devices lists them")
+    from pmwvc_master.devices import check
+
+    wanted, found = {"device.plugin": arguments.name, **values}, []
+    lines = check.check_device(wanted, arguments.force) if arguments.name else check.listed()
+    for line in lines:
+        print(f"{'ok' if line.right else '--'}  {line.text}", flush=True)
+        found.append(line._asdict())
+    wrong = bool(arguments.name) and not all(line["right"] for line in found)
+    return cli.Result(int(wrong), {"lines": found})

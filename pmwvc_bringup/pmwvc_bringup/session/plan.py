@@ -13,27 +13,16 @@ from pathlib import Path
 import yaml
 
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.runtime import parameter_values as shares
 from pmwvc_core.runtime.messages import record_of
-from pmwvc_core.runtime.parameter_values import (
-    SHARED_AT_MASTER,
-    SHARED_AT_SERVER,
-    TOP_AT_ENDS,
-    USER_AT_MASTER,
-    USER_AT_NETEM,
-    USER_AT_SERVER,
-    given,
-    to_ros_yaml,
-)
+from pmwvc_core.runtime.parameter_values import given, to_ros_yaml
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario
 
 MODULES = {
-    "recorder": "pmwvc_analysis.recorder_node",
-    "netem": "pmwvc_netem.node",
-    "server": "pmwvc_server.node",
-    "master": "pmwvc_master.node",
-    "view": "pmwvc_view.node",
-}
+    "recorder": "pmwvc_analysis.recorder_node", "netem": "pmwvc_netem.node",
+    "server": "pmwvc_server.node", "master": "pmwvc_master.node", "view": "pmwvc_view.node",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -94,34 +83,29 @@ def nodes(
         ways = "set parameters of the running nodes ('ros2 param set'), or use pmwvc simulate"
         raise ScenarioError(scenario.name, [f"{text}; {ways}"])
     names, own = [user.name for user in scenario.users], {"start.paused": True}
-    top = own | {name: getattr(scenario, name) for name in TOP_AT_ENDS}
+    top = own | {name: getattr(scenario, name) for name in shares.TOP_AT_ENDS}
     server: dict[str, object] = {
-        **top, "users": names, **given(SHARED_AT_SERVER, scenario),
+        **top, "users": names, **given(shares.SHARED_AT_SERVER, scenario),
         **{f"safety.{name}": value for name, value in scenario.times._asdict().items()},
     }  # fmt: skip
     netem: dict[str, object] = {**own, "seed": scenario.seed, "users": names}
     masters = {}
     for user in scenario.users:
-        server |= {f"{user.name}.side": user.side, **given(USER_AT_SERVER, user, user.name)}
-        netem |= given(USER_AT_NETEM, user, user.name)
+        server |= {f"{user.name}.side": user.side, **given(shares.USER_AT_SERVER, user, user.name)}
+        netem |= given(shares.USER_AT_NETEM, user, user.name)
         masters[user.name] = {
-            **top,
-            "seed": scenario.seed,
-            "side": user.side,
-            **given(USER_AT_MASTER, user),
-            **given(SHARED_AT_MASTER, scenario),
-        }
+            **top, "seed": scenario.seed, "side": user.side,
+            **given(shares.USER_AT_MASTER, user), **given(shares.SHARED_AT_MASTER, scenario),
+        }  # fmt: skip
     if tokens:
         for name, node in ((SERVER, server), *masters.items()):
             node[TOKEN_FILE] = str(tokens / name)
     recorder = {"folder": str(folder.resolve()), "users": names}
     view = {
-        "session.emulated": True,
-        "session.name": scenario.name,
-        "session.description": scenario.description,
+        "session.emulated": True, "session.name": scenario.name,
+        "session.description": scenario.description, "session.duration_s": scenario.duration_s,
         "session.report": str(folder.resolve() / "report.html"),
-        "session.duration_s": scenario.duration_s,
-    }
+    }  # fmt: skip
     return [
         NodePlan("recorder", parameters=recorder),
         NodePlan("netem", parameters=netem),

@@ -137,7 +137,7 @@ def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> RemoteHand:
     """Advance the arm by the implicit midpoint rule, the grip's pull held."""
     target = s.target
     if s.holding:
-        wanted = each(_near, (s.wanted,))
+        wanted = shortened(s.wanted, FARTHEST_M)
         ahead = plus(target, shortened(minus(wanted, target), p.step_m))
         target = plus(s.y, shortened(minus(ahead, s.y), p.reach_m))
     stiffness = s.pull * p.stiffness
@@ -147,10 +147,6 @@ def _moved_arm(s: RemoteHand, pull: Vector, p: RemoteParams) -> RemoteHand:
     moved, yd, drawn = columns(rows)
     effort_j = s.effort_j + dot(drawn, minus(target, s.target))
     return s._replace(y=plus(s.y, moved), yd=yd, target=target, effort_j=effort_j)
-
-
-def _near(wanted: float) -> float:
-    return min(max(wanted, -FARTHEST_M), FARTHEST_M)
 
 
 class TableHand(NamedTuple):

@@ -61,6 +61,7 @@ class MujocoScene:
         self._names = [self.model.body(n).name or f"body{n}" for n in bodies]
         moving = self.model.body_weldid != 0  # what is welded to the world has 0
         self._place = np.where(moving, np.cumsum(moving) - 1, -1)  # among those that move
+        self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
         self._whose = np.full(self.model.ngeom, -1)
         for user, held in enumerate(self.held):
             self._whose[list(held.geoms)] = user
@@ -129,21 +130,8 @@ class MujocoScene:
             if self._there[user]:
                 self._weigh(held, impedance[user] * model.opt.timestep * self._scale**2)
                 self._inside[user] = self._inside[user] and self._comes_out(user)
-        touched: set[int] = set()
-        before, rates = data.qpos.copy(), np.zeros(drive.shape)
-        for _ in range(steps):
-            axes = [self._axes(held) for held in self.held]  # of the handles, in the world
-            for user, held in enumerate(self.held):
-                if self._there[user]:
-                    v = axes[user] @ data.qvel[held.dofs]
-                    push = (drive[user] - impedance[user] * self._scale * v) * self._scale
-                    data.qfrc_applied[held.dofs] = push @ axes[user]
-                else:
-                    data.qvel[held.dofs] = 0.0
-            self._mujoco.mj_step(model, data)
-            for user, held in enumerate(self.held):
-                rates[user] += self._scale / steps * (axes[user] @ data.qvel[held.dofs])
-            touched.update(self._whose[data.contact.geom].ravel().tolist())
+        before = data.qpos.copy()
+        rates, touched = self._sub_steps(drive, impedance, steps)
         self._require_motion()
         for user, held in enumerate(self.held):
             if self._there[user] and held.is_finger and user not in touched:
@@ -153,6 +141,25 @@ class MujocoScene:
         self.poses, self.contacts = self._poses(), self._contacts()
         self._show(dt)
         return rates
+
+    def _sub_steps(self, drive: Array, impedance: Array, steps: int) -> tuple[Array, set[int]]:
+        """Make sub-steps under the ports' forces; return mean velocities, and who touched."""
+        data, turns, dofs = self.data, self._dof > 3, self._dofs
+        absent = dofs[~np.array(self._there)]
+        damping, rates = impedance[:, None] * self._scale, np.zeros(drive.shape)
+        touched: set[int] = set()
+        for _ in range(steps):
+            axes = np.stack([self._axes(held) for held in self.held]) if turns else None
+            v = data.qvel[dofs] if axes is None else np.einsum("uij,uj->ui", axes, data.qvel[dofs])
+            push = (drive - damping * v) * self._scale
+            data.qfrc_applied[dofs] = push if axes is None else np.einsum("ui,uij->uj", push, axes)
+            if len(absent):
+                data.qfrc_applied[absent] = data.qvel[absent] = 0.0
+            self._mujoco.mj_step(self.model, data)
+            v = data.qvel[dofs]
+            rates += v if axes is None else np.einsum("uij,uj->ui", axes, v)
+            touched.update(self._whose[data.contact.geom].ravel().tolist())
+        return self._scale / steps * rates, touched
 
     def _axes(self, held: Grasp) -> Array:
         """Return a handle's axes of motion in the world, ``(dof, dof)``: a ball turns with it."""

@@ -7,7 +7,7 @@ Cayley's step is a rotation for any rate, and moves R linearly in the mean of bo
     cay(a) = (1 - [a]/2)^-1 (1 + [a]/2),   R1 = R0 cay(a)  <=>  R1 - R0 = (R0 + R1)/2 [a]
                                            R1 = cay(a) R0  <=>  R1 - R0 = [a] (R0 + R1)/2
 
-with [a] b = a x b; it turns by 2 atan(|a|/2). Equations: docs/theory.md 5.18.
+with [a] b = a x b; it turns by 2 atan(|a|/2).
 """
 
 import numpy as np

@@ -61,11 +61,9 @@ class SimulatedLink:
         """Return what has arrived by now, in the order of arrival."""
         packets = []
         for packet, fate in self.link.arrivals(now_ns):
-            if fate.cause is Cause.CORRUPTION:
-                packets.append(refused(Receipt.CORRUPTED))
-                continue
-            packets.append(packet)
-            self.arrived.append((packet, now_ns))
+            corrupted = fate.cause is Cause.CORRUPTION
+            packets.append(refused(Receipt.CORRUPTED) if corrupted else packet)
+            self.arrived += [] if corrupted else [(packet, now_ns)]
         self.taken = len(self.arrived)
         return packets
 

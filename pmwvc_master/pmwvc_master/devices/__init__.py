@@ -34,15 +34,14 @@ __all__ = [
 class DeviceInfo:
     """The capabilities of a device.
 
-    All of it is used: the forces bound the safety limits; beyond the workspace only damping is
-    rendered; the mass decides whether the rendered damping is stable at the tick rate, mass and
-    encoder step what the port of the hand may give out where velocities are ``estimated``. They
-    are compared with ``device.*``, on which predictions rest.
+    The peak bounds the safety limits; beyond the workspace only damping is rendered; the mass
+    decides whether the rendered damping is stable at the tick rate, mass and encoder step what the
+    hand port may give out where velocities are ``estimated``. They are compared with ``device.*``.
     """
 
     model: str
     dof: int  # axes sensed and actuated
-    max_force: float | None = None  # [N] peak, None: not known
+    max_force: float | None = None  # [N] peak (the continuous one where not known)
     continuous_force: float | None = None  # [N] for as long as one likes
     apparent_mass: float | None = None  # [kg]
     apparent_damping: float | None = None  # [N s/m]
@@ -54,10 +53,8 @@ class DeviceInfo:
 
 @dataclass(frozen=True, slots=True)
 class DeviceSetup:
-    """The setup that a device is made for.
-
-    ``start_m`` is where a device that can choose starts: in front of the user's face of the
-    object. ``node`` is the ROS node, for topics, parameters, log; it is ``None`` without ROS.
+    """What a device is made for. One that can choose starts at ``start_m``, in front of the user's
+    face of the object. ``node`` is the ROS node, for topics, parameters, log; or ``None``.
     """
 
     dof: int
@@ -114,33 +111,40 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
     if device.info.dof != setup.dof:
         text = f"{device.info.dof} axes where dof = {setup.dof} is asked for"
         raise DeviceError(f"device.plugin = {name!r} has {text}")
-    return device
+    from pmwvc_master.devices.plausible import Plausible
+
+    tell = print if setup.node is None else setup.node.get_logger().warning
+    return device if device.info.hand_force_known else Plausible(device, tell)
 
 
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
+POSITIVE = ("max_force", "continuous_force", "apparent_mass", "workspace_m", "encoder_step_m")
 
 
 def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
     """Return the safety limits within what the device declares; DeviceError if that cannot be."""
-    positive = ("max_force", "continuous_force", "apparent_mass", "workspace_m", "encoder_step_m")
-    for name in positive:
+    for name in POSITIVE:
         value = getattr(info, name)
         if value is not None and not 0.0 < value < math.inf:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
-    declared = [f for f in (info.max_force, info.continuous_force) if f is not None]
-    return dataclasses.replace(safety, max_force=min([safety.max_force, *declared]))
+    peak = info.max_force or info.continuous_force or math.inf
+    return dataclasses.replace(safety, max_force=min(safety.max_force, peak))
 
 
 def warnings_of_device(
-    info: DeviceInfo, master: MasterParams, device: DeviceParams, *, waves: bool, strict: bool
-) -> Iterator[str]:
+    info: DeviceInfo, master: MasterParams, device: DeviceParams, *, force_n: float, waves: bool,
+    strict: bool,
+) -> Iterator[str]:  # fmt: skip
     """Yield what a user should know of a device before a hand is on it.
 
     The rendered damping b xd, held for a tick on a mass m, multiplies the velocity by 1 - b T_c/m
     per tick: it overshoots from b T_c/m = 1 and is unstable from 2. Behind counts the port of the
     hand is bounded only up to some b T_c/m (:mod:`pmwvc_core.master.count_bound`).
     """
-    mass = info.apparent_mass
+    mass, lasting = info.apparent_mass, info.continuous_force
+    if lasting is not None and force_n > lasting:
+        text = "hold less, or lower safety.max_force"
+        yield f"safety.max_force = {force_n:g} N: the device holds {lasting:g} N for long; {text}"
     if waves and mass is not None:
         impedance = largest(impedance_of(master))
         ratio = impedance * master.tick_s / mass
@@ -162,7 +166,5 @@ def warnings_of_device(
         ("encoder_step_m", device.encoder_step_m, info.encoder_step_m, "m"),
     ):
         if declared is not None and abs(assumed - declared) > SIMILAR * declared:
-            yield (
-                f"device.{name} = {assumed:g} {unit}, the device declares {declared:g} {unit}: "
-                f"predictions rest on the former; set device.{name} = {declared:g}"
-            )
+            text = f"the device declares {declared:g} {unit}: predictions rest on the former"
+            yield f"device.{name} = {assumed:g} {unit}, {text}; set device.{name} = {declared:g}"

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Omega, Delta, Sigma and Falcon by the vendor's library, ``libdhd`` of the Force Dimension SDK.
 
-The loop reads and writes (metres, newtons; x towards the user, y right, z up). The library forms
-velocities from positions, by default over 20 ms, which would make them 10 ms late; here over one
-tick. A negative result is an error: such a read, or the one after a force that was refused, is
-invalid, and a positive one is none (1: nothing new since the last read).
+Axes: x towards the user, y right, z up. The library forms velocities from positions, by default
+over 20 ms, which would make them 10 ms late; here over one tick. A negative result is an error:
+such a read, or the one after a force that was refused, is invalid; 1: nothing new.
 """
 
-from collections.abc import Callable
-from ctypes import CDLL, POINTER, c_byte, c_char_p, c_double, c_int, c_ubyte
+from ctypes import POINTER, byref, c_byte, c_char_p, c_double, c_int, c_ubyte, c_ushort
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,21 +15,22 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import DeviceSample, DeviceSetup
-from pmwvc_master.devices.vendor import FORCE_DIMENSION, VendorDevice, VendorParams
+from pmwvc_master.devices.vendor import VendorDevice, VendorParams, library_calls, plugged_in
 
+VENDOR, SDK = "1451", "Force Dimension SDK (3.7 or later)"
 LIBRARIES = ("libdhd.so.3", "libdhd.so")
-NOTHING_NEW = 1  # DHD_TIMEGUARD
+NOTHING_NEW, STATUS_SIZE = 1, 64  # DHD_TIMEGUARD; 16 in SDK 3.7, perhaps more later
 # Of the status, which must not be 0: DHD_STATUS_POWER and DHD_STATUS_RESET.
 READY = {0: "switch it on", 3: "calibrate it by HapticInit of the SDK"}
-STATUS_SIZE = 64  # 16 in SDK 3.7, perhaps more later
-_VECTOR = (POINTER(c_double),) * 3
+_VECTOR = (*(POINTER(c_double),) * 3, c_byte)
 _CALLS = {
-    "dhdOpen": (), "dhdOpenSerial": (c_int,), "dhdClose": (c_byte,),
-    "dhdGetSystemType": (c_byte,), "dhdGetSystemName": (c_byte,), "dhdErrorGetLastStr": (),
-    "dhdGetStatus": (POINTER(c_int), c_byte), "dhdEnableForce": (c_ubyte, c_byte),
-    "dhdConfigLinearVelocity": (c_int, c_int, c_byte),
-    "dhdGetPosition": (*_VECTOR, c_byte), "dhdGetLinearVelocity": (*_VECTOR, c_byte),
-    "dhdSetForce": (c_double, c_double, c_double, c_byte),
+    "dhdOpen": (c_int, ()), "dhdOpenSerial": (c_int, (c_int,)), "dhdClose": (c_int, (c_byte,)),
+    "dhdErrorGetLastStr": (c_char_p, ()), "dhdGetSystemName": (c_char_p, (c_byte,)),
+    "dhdGetSystemType": (c_int, (c_byte,)), "dhdEnableForce": (c_int, (c_ubyte, c_byte)),
+    "dhdGetSerialNumber": (c_int, (POINTER(c_ushort), c_byte)),
+    "dhdConfigLinearVelocity": (c_int, (c_int, c_int, c_byte)),
+    "dhdGetStatus": (c_int, (POINTER(c_int), c_byte)), "dhdGetPosition": (c_int, _VECTOR),
+    "dhdGetLinearVelocity": (c_int, _VECTOR), "dhdSetForce": (c_int, (*(c_double,) * 3, c_byte)),
 }  # fmt: skip
 
 
@@ -39,7 +38,7 @@ _CALLS = {
 class ForceDimensionParams(VendorParams):
     """Parameters of the node besides those of every device."""
 
-    model: str = fixed("omega.3", tuple(FORCE_DIMENSION), "model, whose limits apply")
+    model: str = fixed("omega.3", "-", "model whose profile applies, or a YAML file with one")
     serial: int = fixed(0, ">= 0", "serial number (0: the first that is free)")
     library: str = fixed("", "-", "path of libdhd (empty: where the system finds it)")
     axes: str = fixed("y -x z", "-", "axes of the device that are axes 0, 1, 2 of the world")
@@ -49,27 +48,31 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     """One device at the library."""
 
     def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
-        kind = ForceDimensionParams
-        super().__init__("force_dimension", setup, kind, params, FORCE_DIMENSION)
+        super().__init__("force_dimension", setup, ForceDimensionParams, params)
         self._x, self._xd = [c_double() for _ in "xyz"], [c_double() for _ in "xyz"]
-        self._dhd: dict[str, Callable[..., Any]] = {}
-        self._id = -1  # of an open device
-        self._refused = False  # the last force
+        self._dhd: dict[str, Any] = {}
+        self._id, self._refused = -1, False  # of an open device; the last force
+
+    @staticmethod
+    def look() -> str:
+        """Return what there is; DeviceError without library, device or permission."""
+        library_calls("force_dimension", "", LIBRARIES, _CALLS, SDK)
+        return f"library there; {plugged_in(VENDOR)}"
 
     def open(self) -> None:
         """Load the library, open the device, switch its forces on, at zero."""
-        self._dhd, serial = calls_of(self._params.library), self._params.serial
+        library, serial = self._params.library, self._params.serial
+        self._dhd = library_calls("force_dimension", library, LIBRARIES, _CALLS, SDK)
         self._id = self._dhd["dhdOpenSerial"](serial) if serial else self._dhd["dhdOpen"]()
         if self._id < 0:
-            which = f"serial = {serial}" if serial else "device"
-            raise DeviceError(
-                f"force_dimension: no {which} can be opened ({self._error()}): plug it in, "
-                "switch it on, end other programs that use it, allow access to it by a udev rule"
-            )
+            text = f"no {f'serial = {serial}' if serial else 'device'} can be opened"
+            ways = "plug it in, switch it on, end other programs on it; see pmwvc devices"
+            raise DeviceError(f"force_dimension: {text} ({self._error()}): {ways}")
         try:
             self._check()
-            tick_ms = max(round(self._tick_s * 1e3), 1)
-            self._do("dhdConfigLinearVelocity", tick_ms, 0)
+            self._do("dhdConfigLinearVelocity", max(round(self._tick_s * 1e3), 1), 0)
+            self.read(0)
+            self._refuse_far()
             self._do("dhdSetForce", 0.0, 0.0, 0.0)
             self._do("dhdEnableForce", 1)
         except DeviceError:
@@ -79,12 +82,10 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     def _check(self) -> None:
         """Refuse another model, and a device without power or calibration."""
         kind, name = (self._dhd[f"dhdGetSystem{each}"](self._id) for each in ("Type", "Name"))
+        serial, asked = c_ushort(), self._params.serial
+        self._do("dhdGetSerialNumber", byref(serial))
         text = f"{(name or b'').decode()} (type {kind})"
-        self._tell(f"{text}, limits from {self._profile.source}")
-        if kind not in self._profile.types:
-            models = ", ".join(FORCE_DIMENSION)
-            model = f"force_dimension.model = {self._params.model!r}"
-            raise DeviceError(f"{model}: the device is {text}; set the model to one of {models}")
+        self._take(kind, str(serial.value), str(asked or ""), text)
         status = (c_int * STATUS_SIZE)()
         self._do("dhdGetStatus", status)
         for at, remedy in READY.items():
@@ -111,8 +112,7 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     def write(self, f_m: Value) -> None:
         """Push the hand until the next call."""
         if self._id >= 0:
-            force = self._axes.on_hand(f_m)
-            self._refused = self._dhd["dhdSetForce"](*force, self._id) < 0
+            self._refused = self._dhd["dhdSetForce"](*self._axes.on_hand(f_m), self._id) < 0
 
     def close(self) -> None:
         """Switch the forces off and give the device back."""
@@ -120,24 +120,4 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
             self._dhd["dhdEnableForce"](0, self._id)
             self._dhd["dhdClose"](self._id)
         self._id = -1
-
-
-def calls_of(path: str) -> dict[str, Callable[..., Any]]:
-    """Return the calls of the library; DeviceError where it or one of them is not there."""
-    where, problem = f"force_dimension.library = {path!r}", ""
-    for name in (path,) if path else LIBRARIES:
-        try:
-            library = CDLL(name)
-            break
-        except OSError as error:
-            problem = problem or str(error)
-    else:
-        remedy = "install the Force Dimension SDK and name the file, or set LD_LIBRARY_PATH"
-        raise DeviceError(f"{where}: {problem}; {remedy}")
-    if lacks := [name for name in _CALLS if not hasattr(library, name)]:
-        raise DeviceError(f"{where}: lacks {', '.join(lacks)}; install a newer SDK (3.7 or later)")
-    calls = {name: getattr(library, name) for name in _CALLS}
-    for name, call in calls.items():
-        call.argtypes = _CALLS[name]
-        call.restype = c_char_p if name.endswith(("Str", "Name")) else c_int
-    return calls
+        self._give_back()

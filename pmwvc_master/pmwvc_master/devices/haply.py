@@ -3,23 +3,19 @@
 """Haply Inverse3 and Minverse, behind the Inverse Service of this machine (JSON over WebSocket).
 
 The service answers every message with one state. ``write`` sends the force at once; the next
-``read`` takes its answer, so a state is a tick old, where other devices are read in the tick. The
-rendered damping b, held for a tick T on a mass m, then acts on the velocity of the tick before::
+``read`` takes its answer, so a state is a tick old. The rendered damping b, held for a tick T on a
+mass m, then acts on the velocity of the tick before::
 
     v[k+1] = v[k] - r v[k-1],   r = b T/m:   overshoots from r = 1/4, unstable from 1 (not 2).
 
-All answers that wait are taken and the newest counts. It was measured when its message was sent,
-or later: ``measured_ns`` is the tick of that message. A service without an answer for a second, or
-without a connection, is called again every second; meanwhile samples are invalid, so that the loop
-renders no force; after a second of that its fault lasts until it is re-armed.
-
-Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports basis, mount and
-filters in the snapshot with which it begins. Its axes: x right, y forward, z up.
+Of the answers that wait the newest counts; ``measured_ns`` is the tick of its message. A service
+without an answer for a second, or a connection, is called again every second; samples are invalid
+meanwhile. Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports basis,
+mount and filters in its first message. Its axes: x right, y forward, z up.
 """
 
 import contextlib
 import json
-import math
 import socket
 from collections import deque
 from dataclasses import dataclass
@@ -34,22 +30,21 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
 from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
-from pmwvc_master.devices.vendor import FARTHEST_M, HAPLY, ORIGIN, VendorDevice, VendorParams
+from pmwvc_master.devices.profile import ORIGIN
+from pmwvc_master.devices.vendor import OPEN_S, VendorDevice, VendorParams
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
-OPEN_S = 3.0  # for each of its first two answers
-PLANT = (
-    "filters", "gravity_compensation", "torque_scaling", "home_return", "preset", "basis", "mount",
-)  # fmt: skip
 NEW_IN_3_5 = {"basis", "mount", "filters"}
-START = "start the Haply Hub or haply-inverse-service"
+PLANT = ("gravity_compensation", "torque_scaling", "home_return", "preset", *sorted(NEW_IN_3_5))
+NO_STATE = (ValueError, LookupError, TypeError, AttributeError)
+MOTION, START = ("position", "velocity"), "start the Haply Hub or haply-inverse-service"
 
 
 @dataclass(frozen=True)
 class HaplyParams(VendorParams):
     """Parameters of the node besides those of every device."""
 
-    model: str = fixed("inverse3", tuple(HAPLY), "model, whose limits apply")
+    model: str = fixed("inverse3", "-", "model whose profile applies, or a YAML file with one")
     service: str = fixed("ws://localhost:10001", "-", "address of the Inverse Service")
     device_id: str = fixed("", "-", "id of the device (empty: the only one)")
     axes: str = fixed("x y z", "-", "axes of the device that are axes 0, 1, 2 of the world")
@@ -59,16 +54,14 @@ class HaplyDevice(VendorDevice[HaplyParams]):
     """One device of the service."""
 
     def __init__(self, setup: DeviceSetup, params: HaplyParams | None = None) -> None:
-        super().__init__("haply", setup, HaplyParams, params, HAPLY)
+        super().__init__("haply", setup, HaplyParams, params)
         self._where = f"haply.service = {self._params.service!r}"
         try:
             self._uri = parse_uri(self._params.service)
         except WebSocketException as error:
             raise DeviceError(f"{self._where}: {error}") from error
-        self._id = self._params.device_id
         self._link: InverseLink | None = None
-        self._claim: socket.socket | None = None
-        self._form = ""  # of a force; empty until the service has said what it has
+        self._id, self._form = self._params.device_id, ""  # of a force; empty: not known yet
         self._asked: deque[int] = deque()  # ticks [ns] of messages without an answer
         self._due_ns = self._call_ns = 0
 
@@ -77,61 +70,45 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         try:
             self._host = socket.gethostbyname(self._uri.host)
             self._link = InverseLink(self._uri, self._host)
-            self._meet(self._next())
+            self._meet(first_of(self._link))
             self.write(self._zero)
-            state = self._next()
+            state = first_of(self._link)
         except (LinkLost, OSError) as error:
             raise DeviceError(f"{self._where}: {error}; {START}") from error
-        x = self._accept(state, self._asked.popleft())
-        if max(map(abs, x)) >= FARTHEST_M:
-            text = f"position ({', '.join(f'{each:g}' for each in x)}) m: are these mm?"
-            raise DeviceError(f"haply device {self._id}: {text} The scale of its mount must be 1")
+        self._accept(state, self._asked.popleft())
+        self._refuse_far()
         if not self._sample.valid:
             text = "sends no position, is not calibrated or has no power"
-            raise DeviceError(f"haply device {self._id}: {text}; see the Haply Hub")
+            raise DeviceError(f"haply device {self._id}: {text}")
 
-    def _next(self) -> bytes:
-        """Wait for the next message; only for ``open``."""
-        assert self._link is not None
-        until = monotonic_ns() + round(OPEN_S * 1e9)
-        while (left := until - monotonic_ns()) > 0:
-            if messages := self._link.take(left * 1e-9):
-                return messages[0]
-        raise LinkLost(f"no answer in {OPEN_S:g} s")
+    @staticmethod
+    def look() -> str:
+        """Return the devices that the service of this machine has; DeviceError without one."""
+        uri = parse_uri(HaplyParams().service)
+        try:
+            with contextlib.closing(InverseLink(uri, socket.gethostbyname(uri.host))) as link:
+                there = devices_of(first_of(link))
+        except (LinkLost, OSError, *NO_STATE) as error:
+            raise DeviceError(f"no Inverse Service at {HaplyParams().service}: {START}") from error
+        return f"the service has {', '.join(there) or 'no device: plug it in and switch it on'}"
 
     def _meet(self, snapshot: bytes) -> None:
         """Choose the device from the first message of a connection, which has all settings."""
         try:
-            there = {each["device_id"]: each for each in json.loads(snapshot).get("inverse3", [])}
-        except (ValueError, KeyError, TypeError, AttributeError):
+            there = devices_of(snapshot)
+        except NO_STATE:
             raise LinkLost("what answers is no Inverse Service") from None
         if self._id not in there and (self._id or len(there) != 1):
             text = f"must be one of {', '.join(there) or 'none; plug it in and switch it on'}"
             raise DeviceError(f"haply.device_id = {self._id!r}: {text}")
         self._id = self._id or next(iter(there))
-        self._claim = self._claim or self._claimed()
         config: dict[str, Any] = there[self._id].get("config") or {}
-        kind = config.get("type", self._params.model)
-        if not kind.startswith(self._params.model):
-            text = f"device {self._id} is a {kind}; set haply.model to one of {', '.join(HAPLY)}"
-            raise DeviceError(f"haply.model = {self._params.model!r}: {text}")
+        self._take(config.get("type", next(iter(self._profile.types), "")), self._id)
         self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
         centred = "centered" in str(config.get("preset", ""))
         self._centre = ORIGIN if centred else self._profile.centre_m
-        settings = {name: config[name] for name in PLANT if name in config}
-        self._tell(f"{self._id}, forces as {self._form!r}, limits from {self._profile.source}")
-        self._tell(f"settings of the service, unknown to predictions: {json.dumps(settings)}")
-
-    def _claimed(self) -> socket.socket:
-        """Return what no other process of this machine can have while this one lives."""
-        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        try:
-            claim.bind(f"\0pmwvc.haply.{self._id}")
-        except OSError:
-            claim.close()
-            text = "another master has this device (their forces would add); name another one"
-            raise DeviceError(f"haply.device_id = {self._id!r}: {text}") from None
-        return claim
+        settings = json.dumps({name: config[name] for name in PLANT if name in config})
+        self._tell(f"{self._id}, forces as {self._form!r}; settings of the service: {settings}")
 
     def read(self, due_ns: int) -> DeviceSample:
         """Take the answers that wait; for the first one wait half a tick at most."""
@@ -175,28 +152,23 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._asked.clear()
         self._call_ns = self._due_ns + CALL_NS
 
-    def _accept(self, message: bytes, measured_ns: int) -> list[float]:
-        """Take a state over; return its position."""
-        x, xd, ready = [math.nan] * 3, [math.nan] * 3, False
-        with contextlib.suppress(ValueError, LookupError, TypeError, AttributeError):  # NaN
-            there = {each["device_id"]: each for each in json.loads(message)["inverse3"]}
-            state, status = there[self._id]["state"], there[self._id].get("status", {})
-            ready = all(status.get(name, True) for name in ("calibrated", "power_supply"))
-            x, xd = (
-                [float(state[name][axis]) for axis in "xyz"]
-                for name in ("cursor_position", "cursor_velocity")
-            )
-        self._sense(x, xd, self._centre)
-        self._sample.valid &= ready
+    def _accept(self, message: bytes, measured_ns: int) -> None:
+        """Take a state over."""
+        self._sample.valid = False
+        with contextlib.suppress(*NO_STATE):
+            found = devices_of(message)[self._id]
+            state, status = found["state"], found.get("status", {})
+            x, xd = ([float(state[f"cursor_{n}"][axis]) for axis in "xyz"] for n in MOTION)
+            self._sense(x, xd, self._centre)
+            self._sample.valid &= all(status.get(n, True) for n in ("calibrated", "power_supply"))
         self._sample.fresh, self._sample.measured_ns = True, measured_ns
-        return x
 
     def write(self, f_m: Value) -> None:
         """Send the force on the hand at once."""
         if self._link is None or not self._form:
             return
-        x, y, z = self._axes.on_hand(f_m)
-        force = {"set_cursor_force": {self._form: {"x": x, "y": y, "z": z}}}
+        vector = dict(zip("xyz", self._axes.on_hand(f_m), strict=True))
+        force = {"set_cursor_force": {self._form: vector}}
         message = {"inverse3": [{"device_id": self._id, "commands": force}]}
         try:
             self._link.send(json.dumps(message))
@@ -206,7 +178,21 @@ class HaplyDevice(VendorDevice[HaplyParams]):
 
     def close(self) -> None:
         """Close the connection, which ends every command, and let others have the device."""
-        for each in (self._link, self._claim):
-            if each is not None:
-                each.close()
-        self._link = self._claim = None
+        if self._link is not None:
+            self._link.close()
+        self._link = None
+        self._give_back()
+
+
+def first_of(link: InverseLink) -> bytes:
+    """Wait for the next message; only when a device is opened."""
+    until = monotonic_ns() + round(OPEN_S * 1e9)
+    while (left := until - monotonic_ns()) > 0:
+        if messages := link.take(left * 1e-9):
+            return messages[0]
+    raise LinkLost(f"no answer in {OPEN_S:g} s")
+
+
+def devices_of(message: bytes) -> dict[str, dict[str, Any]]:
+    """Return the devices of a message by id; one of ``NO_STATE`` where it is none."""
+    return {each["device_id"]: each for each in json.loads(message).get("inverse3", [])}

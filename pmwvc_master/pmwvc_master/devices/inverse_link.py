@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A WebSocket to a service on this machine, in the thread of a loop, which it never blocks.
 
-``websockets`` has the protocol apart from sockets, and that part is used: its ready clients read
-in a thread of their own (with which a loop would share the interpreter) and wait for a handshake.
+Of ``websockets`` the protocol is used, which is apart from sockets: its ready clients read in a
+thread of their own, with which a loop would share the interpreter, and wait for a handshake.
 """
 
 import contextlib
@@ -31,8 +31,8 @@ class InverseLink:
         self._socket.setblocking(False)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.connect_ex((host, uri.port))  # refused later, by a call
-        self._waiting = b""  # to be sent
-        self._part = b""  # of a message
+        self.close = self._socket.close
+        self._waiting, self._part = b"", b""  # to be sent; of a message
         self._protocol.send_request(self._protocol.connect())
 
     def send(self, text: str) -> None:
@@ -85,7 +85,3 @@ class InverseLink:
             pass  # the service reads no more, and will be silent
         except OSError as error:
             raise LinkLost(error.strerror or str(error)) from error
-
-    def close(self) -> None:
-        """Close the connection."""
-        self._socket.close()

@@ -66,10 +66,8 @@ class HandTopics:
 
     def __init__(self, node: Node, *, dof: int) -> None:
         if dof > MOST_AXES:
-            raise ParameterError(
-                f"operator.kind = 'remote': a point has {MOST_AXES} axes; "
-                f"set dof = {dof} to {MOST_AXES} or less"
-            )
+            text = f"a point has {MOST_AXES} axes; set dof = {dof} to {MOST_AXES} or less"
+            raise ParameterError(f"operator.kind = 'remote': {text}")
         self._dof = dof
         self._targets = Polled(node, PointStamped, "hand/target", HAND_QOS, raw=True)
         self._held = Polled(node, Bool, "hand/held", HAND_QOS)
@@ -102,8 +100,7 @@ class RosTopicDevice:
 
     def __init__(self, setup: DeviceSetup) -> None:
         if setup.node is None:
-            text = "needs a ROS node, so use the master node"
-            raise DeviceError(f"device.plugin = 'ros_topic': {text}")
+            raise DeviceError("device.plugin = 'ros_topic': needs a ROS node (the master's)")
         self._node, self._dof = setup.node, setup.dof
         if self._dof > MOST_AXES:
             text = f"poses have {MOST_AXES} axes of motion; set dof = {self._dof} to {MOST_AXES}"

@@ -1,33 +1,38 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What devices of vendors have in common: known models, axes, parameters of their own.
-
-Peak force and workspace are declared where a source is at hand. None gives continuous force,
-apparent mass or encoder step: measure them, and set ``safety.max_force`` and ``device.*``.
+"""What devices of vendors have in common: a profile, axes, parameters, one master each; a thread
+that serves some; calls of a C library.
 """
 
 import math
+import os
 import re
+import socket
+import time
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from ctypes import CDLL
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.errors import DeviceError
+from pmwvc_core.frame import STALE_NS
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import Validated
 from pmwvc_core.runtime.parameters import declare
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.plausible import beyond
+from pmwvc_master.devices.profile import ORIGIN, Vector3, models_of, profile_of
 
-MOST_AXES = 3
-FARTHEST_M = 1.0  # no hand gets farther from the origin of a device on a desk
-Vector3 = Sequence[float]  # in the axes of the device
-ORIGIN = (0.0, 0.0, 0.0)
+MOST_AXES, OPEN_S = 3, 3.0
+USB, NODES = Path("/sys/bus/usb/devices"), Path("/dev/bus/usb")
 
 
 @dataclass(frozen=True)
 class VendorParams(Validated):
-    """What the parameters of each have: the name of a profile, the text of ``Axes``."""
+    """What the parameters of each have: the model of its profile, and ``Axes``."""
 
     model: str = ""
     axes: str = ""
@@ -36,39 +41,16 @@ class VendorParams(Validated):
 P = TypeVar("P", bound=VendorParams)
 
 
-class Profile(NamedTuple):
-    """What is known of a model, and from where."""
+class Measurement(NamedTuple):
+    """What a device measured, in its axes [m], [m/s]."""
 
-    source: str
-    workspace_m: float  # half extent
-    max_force: float | None = None  # [N] peak
-    centre_m: Vector3 = ORIGIN  # of the workspace
-    types: tuple[int, ...] = ()  # as ``dhdGetSystemType`` returns them
-
-
-_SDK = "Inverse SDK 3.5: radii of tutorial 06, rest position of the protocol page"
-_CHAI3D = "CHAI3D, CDeltaDevices.cpp; types: dhdc.h of SDK 3.7"
-_REST = (0.0, -0.12, 0.15)
-HAPLY = {
-    "inverse3": Profile(f"{_SDK}; force: chai3d_haply", 0.10, 10.0, _REST),
-    "minverse": Profile(_SDK, 0.04, None, _REST),
-}
-FORCE_DIMENSION = {
-    "omega.3": Profile(_CHAI3D, 0.075, 12.0, types=(33,)),
-    "omega.6": Profile(_CHAI3D, 0.075, 12.0, types=(34, 36)),
-    "omega.7": Profile(_CHAI3D, 0.075, 12.0, types=(35, 37)),
-    "delta.3": Profile(_CHAI3D, 0.15, 20.0, types=(63,)),
-    "delta.6": Profile(_CHAI3D, 0.15, 20.0, types=(64,)),
-    "sigma.6+": Profile(_CHAI3D, 0.09, 12.0, types=(106, 107)),
-    "sigma.7": Profile(_CHAI3D, 0.075, 12.0, types=(104, 105)),
-    "falcon": Profile(_CHAI3D, 0.04, 8.0, types=(60,)),
-}
+    at_ns: int
+    x: Vector3
+    xd: Vector3
 
 
 class Axes:
-    """World axes by those of the device: ``y -x z`` makes its y the axis 0, its -x the axis 1.
-    Axes of the device beyond ``dof`` move freely.
-    """
+    """World axes by those of the device: ``y -x z`` makes its y the axis 0, its -x the axis 1."""
 
     def __init__(self, parameter: str, text: str, setup: DeviceSetup) -> None:
         found = re.findall(r"(-?)([xyz])", text)
@@ -80,9 +62,9 @@ class Axes:
         used = found[: setup.dof]
         self._axes = [("xyz".index(axis), -1.0 if sign else 1.0) for sign, axis in used]
 
-    def world(self, vector: Vector3, origin: Vector3 = ORIGIN) -> Value:
-        """Return a vector of the device, from ``origin``, in axes of the world."""
-        return value(tuple(sign * (vector[at] - origin[at]) for at, sign in self._axes))
+    def world(self, vector: Vector3) -> Value:
+        """Return a vector of the device in axes of the world."""
+        return value(tuple(sign * vector[at] for at, sign in self._axes))
 
     def on_hand(self, f_m: Value) -> list[float]:
         """Return the force on the hand, ``-f_m``, in axes of the device [N]."""
@@ -92,24 +74,50 @@ class Axes:
         return force
 
 
-class VendorDevice(Generic[P]):
+class VendorDevice(ABC, Generic[P]):
     """The part of a device that is alike for all; the force of its hand is not known."""
 
-    def __init__(
-        self, name: str, setup: DeviceSetup, kind: type[P], params: P | None,
-        models: Mapping[str, Profile],
-    ) -> None:  # fmt: skip
+    def __init__(self, name: str, setup: DeviceSetup, kind: type[P], params: P | None) -> None:
         """Make a device from ``params``; else those that the node was given, or the defaults."""
         node = self._node = setup.node
         self._params = p = params or (kind() if node is None else declare(node, name, kind))
-        self._tick_s, self._profile = setup.tick_s, models[p.model]
+        self._name, self._tick_s = name, setup.tick_s
+        known = self._profile = profile_of(name, p.model)
         self._axes = Axes(f"{name}.axes", p.axes, setup)
-        self.info = DeviceInfo(
-            p.model, setup.dof, max_force=self._profile.max_force,
-            workspace_m=self._profile.workspace_m, velocity="estimated",
-        )  # fmt: skip
+        self._claim: socket.socket | None = None
+        self._far = ""  # why a position cannot be one
+        known_forces = known.max_force_n, known.continuous_force_n, known.apparent_mass_kg
+        known_sizes = known.workspace_m, known.encoder_step_m
+        self.info = DeviceInfo(p.model, setup.dof, *known_forces, None, *known_sizes, "estimated")
         zero = self._zero = value((0.0,) * setup.dof)
-        self._sample = DeviceSample(x=zero, xd=zero, f_h=zero, valid=False)
+        self._sample = DeviceSample(zero, zero, zero, valid=False)
+
+    def _take(self, kind: Any, serial: str, asked: str = "", text: str = "") -> None:
+        """Take a device for this process; DeviceError where it is another one than the one asked
+        for, of another model, or another process has it.
+        """
+        text, model = f"the device is {text or kind}, serial number {serial}", self._params.model
+        if asked not in ("", serial):
+            raise DeviceError(f"{self._name}.serial = {asked}: {text}")
+        types = [str(each) for each in self._profile.types]
+        if types and not str(kind).startswith(tuple(types)):
+            models = f"set its model: one of {', '.join(models_of(self._name))}, or a file"
+            raise DeviceError(f"{self._name}.model = {model!r}: {text}; {models}")
+        if self._claim is not None:
+            return
+        self._claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            self._claim.bind(f"\0pmwvc.{self._name}.{serial}")
+        except OSError:
+            self._give_back()
+            why = "another master has it (their forces would add); name another one"
+            raise DeviceError(f"{self._name}: device {serial}: {why}") from None
+        self._tell(f"{text}; profile: {'; '.join(self._profile.lines())}")
+
+    def _give_back(self) -> None:
+        if self._claim is not None:
+            self._claim.close()
+        self._claim = None
 
     def _tell(self, text: str) -> None:
         """Write a line to the log of the node, where there is one."""
@@ -118,14 +126,19 @@ class VendorDevice(Generic[P]):
 
     def _sense(self, x: Vector3, xd: Vector3, centre_m: Vector3 = ORIGIN) -> None:
         """Take a motion in axes of the device over; it is invalid where it cannot be metres."""
-        sample = self._sample
-        sample.valid = all(abs(each) < FARTHEST_M for each in x) and all(map(math.isfinite, xd))
-        if sample.valid:
-            sample.x, sample.xd = self._axes.world(x, centre_m), self._axes.world(xd)
+        from_centre = [a - b for a, b in zip(x, centre_m, strict=True)]
+        self._far = beyond(from_centre, self.info.workspace_m)
+        self._sample.valid = not self._far and all(map(math.isfinite, (*x, *xd)))
+        if self._sample.valid:
+            self._sample.x, self._sample.xd = self._axes.world(from_centre), self._axes.world(xd)
 
+    def _refuse_far(self) -> None:
+        if self._far:
+            raise DeviceError(f"{self._name}: {self._far}")
+
+    @abstractmethod
     def write(self, f_m: Value) -> None:
         """Push the hand with ``-f_m`` until the next call."""
-        raise NotImplementedError
 
     def couple(self) -> None:
         """Do nothing: a person needs no start."""
@@ -133,3 +146,77 @@ class VendorDevice(Generic[P]):
     def stop(self) -> None:
         """Set the force to zero."""
         self.write(self._zero)
+
+
+class ThreadedDevice(VendorDevice[P]):
+    """A device that a thread serves; measurement and force are each replaced as a whole."""
+
+    _newest: Measurement | None = None
+    _asked: tuple[int, Vector3] = (0, ORIGIN)  # when [ns], force on the hand [N]
+
+    def _force(self, now_ns: int) -> Vector3:
+        """Return the force to apply now; none that is older than ``STALE_NS``."""
+        at_ns, force = self._asked
+        return force if now_ns - at_ns <= STALE_NS else ORIGIN
+
+    def _await_first(self) -> None:
+        """Wait for the first measurement; DeviceError where none comes, or a wrong one."""
+        until = time.monotonic() + OPEN_S
+        while self._newest is None and time.monotonic() < until:
+            time.sleep(0.001)
+        if not self.read(time.monotonic_ns()).fresh:
+            raise DeviceError(f"{self._name}: no measurement in {OPEN_S:g} s; see the device")
+        self._refuse_far()
+
+    def read(self, due_ns: int) -> DeviceSample:
+        """Return the newest measurement of the thread; an old one is invalid."""
+        sample, newest = self._sample, self._newest
+        sample.fresh = newest is not None and newest.at_ns != sample.measured_ns
+        if newest is not None and sample.fresh:
+            self._sense(newest.x, newest.xd, self._profile.centre_m)
+            sample.measured_ns = newest.at_ns
+        elif sample.measured_ns is not None:
+            sample.valid &= due_ns - sample.measured_ns <= STALE_NS
+        return sample
+
+    def write(self, f_m: Value) -> None:
+        """Push the hand from the thread's next turn on, until the next call here."""
+        self._asked = time.monotonic_ns(), self._axes.on_hand(f_m)
+
+
+def library_calls(
+    device: str, path: str, names: Sequence[str], signatures: Mapping[str, Any], sdk: str
+) -> dict[str, Any]:
+    """Return the calls of the library at ``path``, else of the first name that the system finds;
+    DeviceError where it, or one of them, is not there. Signatures: types of result and arguments.
+    """
+    where, problem = f"{device}.library = {path!r}", ""
+    for name in (path,) if path else names:
+        try:
+            library = CDLL(name)
+            break
+        except OSError as error:
+            problem = problem or str(error)
+    else:
+        raise DeviceError(f"{where}: {problem}; install the {sdk} and name the file")
+    if lacks := [name for name in signatures if not hasattr(library, name)]:
+        raise DeviceError(f"{where}: lacks {', '.join(lacks)}; install a newer {sdk}")
+    calls = {name: getattr(library, name) for name in signatures}
+    for name, call in calls.items():
+        call.restype, call.argtypes = signatures[name]
+    return calls
+
+
+def plugged_in(vendor: str) -> str:
+    """Return how many USB devices a vendor has here; DeviceError for none, or no permission."""
+    folders = [each.parent for each in USB.glob("*/idVendor") if vendor in each.read_text()]
+    if not folders:
+        raise DeviceError(f"no USB device of the vendor {vendor}: plug it in and switch it on")
+    for each in folders:
+        bus, number = (int((each / name).read_text()) for name in ("busnum", "devnum"))
+        path = NODES / f"{bus:03}/{number:03}"
+        if not os.access(path, os.R_OK | os.W_OK):
+            rule = f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor}", MODE="0666"'
+            text = f"a file /etc/udev/rules.d/90-haptic.rules with the line {rule}"
+            raise DeviceError(f"{path} may not be opened: make {text}, and plug it in again")
+    return f"{len(folders)} plugged in"

@@ -178,7 +178,7 @@ def _exchange(
         lines = each(local_line, (s.visitors, starts), p.new_s, p.environment)
         forces, slopes = columns(lines)
         velocities = each(solved_line, (avatars, forces, slopes), p.identity)
-    positions = each(ahead, (starts, velocities), p.new_s)
+    positions = each(plus, (starts, each(scaled, (velocities,), p.new_s)))
     s, forces, stored_j = moved_by(s, positions, velocities, p.body.period_s, p.environment)
     return s, Reply(True, velocities, positions, forces, stored_j, s.body.x, s.body.xd, False)
 
@@ -192,8 +192,3 @@ def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vect
     rows = each(scaled, (identity, each(max, (slope, zero(slope)))))
     free = free_velocity(a.impedance, a.u)
     return decoded(ExpectedForce(force, rows, zero(force)), a.impedance, free)[0]
-
-
-def ahead(start: Vector, velocity: Vector, weight_s: float) -> Vector:
-    """Return where an avatar is at the end of a step [m]."""
-    return plus(start, scaled(velocity, weight_s))

@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A fake of a vendor's library, made by the C compiler, and the variables that tests set."""
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler for the fake library")
+
+
+def compiled(folder, source, name, *options):
+    """Compile a file of this folder into a library of a name; return its path."""
+    path, source = folder / name, Path(__file__).with_name(source)
+    flags = ["-shared", "-fPIC", "-pthread", *options]
+    subprocess.run([COMPILER, *flags, "-o", path, source], check=True)
+    return path
+
+
+class FakeLibrary:
+    """The variables of a fake library, and the device that a test has opened at it last."""
+
+    def __init__(self, path, made):
+        self.path, self.made = str(path), made
+        self._library, self._device = ctypes.CDLL(str(path)), None
+
+    def vector(self, name):
+        return (ctypes.c_double * 3).in_dll(self._library, f"fake_{name}")
+
+    def number(self, name):
+        return ctypes.c_double.in_dll(self._library, f"fake_{name}")
+
+    def text(self, name, text):
+        (ctypes.c_char * 32).in_dll(self._library, f"fake_{name}").value = text.encode()
+
+    def __getitem__(self, name):
+        return ctypes.c_int.in_dll(self._library, f"fake_{name}").value
+
+    def __setitem__(self, name, value):
+        ctypes.c_int.in_dll(self._library, f"fake_{name}").value = value
+
+    def opened(self, dof=1, **params):
+        self.close()
+        self._device = self.made(dof, **({"library": self.path} | params))
+        self._device.open()
+        return self._device
+
+    def close(self):
+        if self._device is not None:
+            self._device.close()
