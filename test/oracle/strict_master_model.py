@@ -63,8 +63,8 @@ class Limits:
         self.old, self.fading_s = 0.0, 0.0
         self.ready = self.was_damped = self.rises_again = self.by_silence = False
 
-    def restart(self):
-        self.part, self.rises_again, self.by_silence = 0.0, False, False
+    def restart(self, rises_again=False):
+        self.part, self.rises_again, self.by_silence = 0.0, rises_again, False
         self.old, self.fading_s = self.f, 0.02
         self.spring.let_go()
 
@@ -136,6 +136,8 @@ class MasterModel:
             self._close(x, xd)
             packet, answers = self._packet(), True
             self.next_frame = k - k % self.frame + self.frame
+        if (k - self.due) * self.h > 0.02:  # it stood still
+            self.limits.restart(rises_again=True)
         for each in packets:
             _, begins = self.inbox.take(each, now_ns)
             if begins and self.heard:  # another server

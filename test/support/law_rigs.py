@@ -71,7 +71,7 @@ class ForceLimits:
         self.s = self.s._replace(fault=NONE)
 
     def restart(self):
-        self.s = limits_restart(self.s)
+        self.s = limits_restart(self.s, False)
 
     state = property(lambda self: state_of(self.s.cause))
     reason = property(lambda self: text_of(self.s.cause, self.params))

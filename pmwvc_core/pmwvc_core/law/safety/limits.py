@@ -7,7 +7,7 @@ Research software: not a certified safeguard.
   than ``max_force`` (a vector keeps its direction);
 * after a start, another server or any recovery it grows from zero over ``soft_start_s``, after a
   silence of the same server from what had not faded, within ``RETURN_S`` (at once with a brake);
-  what acted before another server came fades over ``FADE_S``;
+  what acted before another server came, or before the loop stood still, fades over ``FADE_S``;
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part that opposes the motion remains;
   what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` damping and
@@ -73,12 +73,11 @@ class LimitsParams(NamedTuple):
     brake_stiffness: float  # [N/m]
 
 
-def limits_restart(s: Limits) -> Limits:
-    """Let the force start from zero again: what it comes from is not what it came from."""
+def limits_restart(s: Limits, returns: bool) -> Limits:
+    """Let the force start from zero: of another server, or (``returns``) after a standstill."""
     brake = loose_brake(zero(s.f))._replace(x=s.brake.x)
-    return s._replace(
-        before=s.f, left=1.0, gain=0.0, returns=False, quiet=False, brake=brake, cause=WAITING
-    )
+    s = s._replace(before=s.f, left=1.0, gain=0.0, returns=returns, quiet=False)
+    return s._replace(brake=brake, cause=WAITING)
 
 
 def limits(
@@ -103,8 +102,7 @@ def limits(
     silent = active and silence_s > s.silence_s and (interrupted or overdue or not p.brakes)
     fast = active and speed > p.damper_velocity**2
     runs_away = active and speed > p.fault_velocity**2
-    found = RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE
-    fault = s.fault if s.fault != NONE else found
+    fault = s.fault or (RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE)
     outside = active and not within(x, p.reach)
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and fault == NONE
