@@ -117,7 +117,7 @@ def with_rows(table: Table, kept: Flags, blocks: Flags | None = None) -> Table:
         elif isinstance(values, np.ndarray) and len(values):
             is_of_blocks = blocks is not None and each.name in OF_BLOCKS
             changed[each.name] = values[of_sums if is_of_blocks else kept]
-        elif isinstance(values, dict):
+        elif isinstance(values, dict) and each.name != "scene":
             changed[each.name] = {name: sums[of_sums] for name, sums in values.items()}
         elif isinstance(values, list) and isinstance(next(iter(values), None), np.ndarray):
             changed[each.name] = [part[kept] for part in values]

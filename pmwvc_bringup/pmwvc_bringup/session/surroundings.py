@@ -20,11 +20,9 @@ from pmwvc_bringup.scenarios import folders
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
-from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.conflicts import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server import environments
-from pmwvc_core.simulation.conditions import place_of
 
 SESSIONS = "sessions"
 RANGE, LOCALHOST = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
@@ -154,22 +152,21 @@ def check(scenario: Scenario) -> None:
 
 def _needs(scenario: Scenario) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield calls, each with the user whose it is, that fail where something cannot be had."""
-    from pmwvc_core.made.server import setup_of  # no help waits for the laws
-    from pmwvc_core.made.user import made_user
+    from pmwvc_core.made.server import made_outside  # no help waits for the laws
+    from pmwvc_core.simulation.bulk.run import made_end
 
     for user in scenario.users:
-        who, place = f"{user.name}: ", place_of(user, scenario)
+        who = f"{user.name}: "
         # Nodes and devices need ROS; the simulated one is there, installed or run from source.
         if not user.device.is_simulated and importlib.util.find_spec("pmwvc_master") is not None:
             from pmwvc_master.devices import PLUGINS
 
             yield who, partial(PLUGINS.required, user.device.plugin)
-        yield who, partial(make_hand, user.operator, scenario.task, place)
-        yield who, partial(made_user, user, scenario)
+        yield who, partial(made_end, scenario, user)
         for link in (user.link_up, user.link_down):
             yield who, partial(effects.check, link)
-    setup = partial(setup_of, scenario.users, scenario)
-    yield "", partial(environments.require, scenario.server.environment, setup)
+    make = partial(made_outside, scenario.users, scenario)
+    yield "", partial(environments.require, scenario.server.environment, make)
 
 
 def require_ros() -> None:

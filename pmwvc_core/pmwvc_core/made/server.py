@@ -34,7 +34,7 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import Call, EnvironmentSetup, Outside, directly
+from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, directly
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
 from pmwvc_core.server.environments import environment_of
@@ -151,12 +151,22 @@ def changed_server(s: SharedScene, p: ServerStepParams, q: ServerStepParams) -> 
     return s._replace(body=changed_body(s.body, p.environment.body, q.environment.body))
 
 
-def setup_of(users: Sequence["scenarios.User"], session: Any) -> EnvironmentSetup:
-    """Return what an environment that is an object is made for."""
-    server, axes = session.server, session.dof
-    own = getattr(session.own, server.environment, None)
+def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
+    """Return an environment that is an object; ParameterError where a session does not fit it."""
+    server, axes, name = session.server, session.dof, session.server.environment
+    own = getattr(session.own, name, None)
     sides, contacts = zip(*((user.side, user.contact) for user in users), strict=True)
-    return EnvironmentSetup(axes, server.period_s, sides, server, contacts, own)
+    setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own)
+    outside = environment_of(name).outside
+    assert outside is not None
+    environment: BlackBox = outside(setup)
+    if hasattr(environment, "meet"):
+        where = f"server.environment = {name!r} answers an impedance"
+        if server.integrator != "backward_euler":
+            raise ParameterError(f"{where}: set server.integrator = backward_euler")
+        if are_coupled(users):
+            raise ParameterError(f"{where}, one number for all axes: remove impedance_matrix")
+    return environment
 
 
 def _resting_box(
@@ -169,11 +179,8 @@ def _resting_box(
     if record.made:
         state, _ = record.made(server, contacts, axes)
     else:
-        assert record.outside is not None
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        environment = record.outside(setup_of(users, session))
-        if hasattr(environment, "meet"):
-            _require_meeting(server, users)
+        environment = made_outside(users, session)
         state = Outside(environment, deque(), call, faults, absent, np.zeros((len(users), axes)))
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     seen = tuple(
@@ -181,15 +188,6 @@ def _resting_box(
     )
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
     return BoxState(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
-
-
-def _require_meeting(server: ServerParams, users: Sequence["scenarios.User"]) -> None:
-    """Refuse what an environment that answers an impedance cannot do, with a ParameterError."""
-    where = f"server.environment = {server.environment!r} answers an impedance"
-    if server.integrator != "backward_euler":
-        raise ParameterError(f"{where}: set server.integrator = backward_euler")
-    if are_coupled(users):
-        raise ParameterError(f"{where}, one number for all axes: remove impedance_matrix")
 
 
 def resting_server(

@@ -98,7 +98,7 @@ class ServerParams(Validated):
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
     body: BodyParams = group(BodyParams)
-    lever_m: float = fixed(0.05, "> 0 m", "dof = 6: axes 4 to 6 are a turn [rad] times this")
+    lever_m: float = fixed(0.05, "0.001..10 m", "dof = 6: axes 4 to 6 are a turn [rad] times this")
 
     # whether a port learns the slope of an environment that reports none
     learns = has("decoding", "secant")

@@ -79,8 +79,8 @@ def conflicts(scenario: "Scenario") -> list[str]:
     for axis, name in enumerate(("sideways_m", "upwards_m"), 2):
         way_m = getattr(scenario.task, name)
         if way_m and scenario.dof < axis:
-            axes = "one axis" if scenario.dof == 1 else "two axes"
-            found.append(f"task.{name} = {way_m}: there is {axes} only; raise dof")
+            axes = "is one axis" if scenario.dof == 1 else "are two axes"
+            found.append(f"task.{name} = {way_m}: there {axes} only; raise dof")
     silence_s = scenario.times.timeout_s
     for user in scenario.users:
         if zeroing and not math.isclose(period, user.master.frame_s):

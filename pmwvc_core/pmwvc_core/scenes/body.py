@@ -39,7 +39,8 @@ from pmwvc_core.scenes.turning import cayley, cross, quaternion
 from pmwvc_core.server.black_box import EnvironmentSetup
 
 POINTS = 3  # of a pad
-TABLE_N_M, TABLE_N_S_M = 2e4, 40.0  # at each corner
+TABLE_N_M, TABLE_S = 2e4, 0.002  # at each corner: least stiffness, damping by stiffness
+SINKS = 0.025  # of half the box, at most
 THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
 GREY, WOOD = [0.5, 0.5, 0.5, 1.0], [0.8, 0.6, 0.3, 1.0]  # the first is the page's own colour
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -64,6 +65,11 @@ class Box:
         self._dof, self._lever_m = setup.dof, server.lever_m
         self._half_m = 0.5 * server.object_size_m
         self._mass, self._weight_n = server.object_mass, server.object_mass * own.gravity
+        if own.pad_m > self._half_m:
+            raise ParameterError(
+                f"server.body.pad_m = {own.pad_m}: wider than the face of the box, "
+                f"server.object_size_m = {server.object_size_m}; make it {self._half_m} or less"
+            )
         inertia = self._mass * server.object_size_m**2 / 6.0
         self._masses = np.array([self._mass] * 3 + [inertia] * 3)
         angle = np.arange(POINTS) * (2.0 * np.pi / POINTS)
@@ -76,7 +82,8 @@ class Box:
         self._corners = self._half_m * CORNERS
         table = np.zeros((8, 3))
         table[:, 2] = 1.0
-        share = 1.0 / POINTS
+        share, table_n_m = 1.0 / POINTS, self._weight_n / (4.0 * SINKS * self._half_m)
+        table_n_m = max(TABLE_N_M, table_n_m)
         k = [contact.contact_stiffness * share for contact in setup.contacts]
         damping = [contact.contact_damping * share for contact in setup.contacts]
         self._pads = np.repeat(np.arange(users), POINTS)
@@ -84,13 +91,13 @@ class Box:
             normal=np.concatenate([outward[self._pads], table]),
             depth=np.zeros(POINTS * users + 8),
             bristle=np.zeros((POINTS * users + 8, 3)),
-            stiffness=np.concatenate([np.repeat(k, POINTS), np.full(8, TABLE_N_M)]),
-            damping=np.concatenate([np.repeat(damping, POINTS), np.full(8, TABLE_N_S_M)]),
+            stiffness=np.concatenate([np.repeat(k, POINTS), np.full(8, table_n_m)]),
+            damping=np.concatenate([np.repeat(damping, POINTS), np.full(8, TABLE_S * table_n_m)]),
             friction=np.full(POINTS * users + 8, own.friction),
             can_touch=np.concatenate([np.zeros(POINTS * users, bool), np.ones(8, bool)]),
         )
         self._began_m = np.zeros(POINTS * users + 8)
-        sunk_m = self._weight_n / (4.0 * TABLE_N_M)
+        sunk_m = self._weight_n / (4.0 * table_n_m)
         self._table_z = sunk_m - self._half_m
         self._there = np.zeros(users, bool)
         self._poses = Poses(np.zeros((1 + users, 3)), np.tile(np.eye(3), (1 + users, 1, 1)))

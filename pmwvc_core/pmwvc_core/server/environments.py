@@ -125,11 +125,11 @@ def environment_of(name: str) -> Environment:
     return LIBRARY.get(name, unknown)
 
 
-def require(name: str, setup: Callable[[], EnvironmentSetup]) -> None:
+def require(name: str, make: Callable[[], object]) -> None:
     """Refuse an environment that is neither in the library nor installed (none is imported), or
     whose scene cannot be made, by a ParameterError with those there are, or what is wrong.
     """
     if name not in LIBRARY:
         PLUGINS.required(name)
-    elif outside := LIBRARY[name].outside:
-        outside(setup())
+    elif LIBRARY[name].outside:
+        make()

@@ -63,7 +63,7 @@ def can_run(scenario: Scenario) -> bool:
 def prepared(scenario: Scenario) -> tuple[tuple[Any, ...], Network]:
     """Return what the loop of a session begins with, and the network of its plan."""
     network, users = network_of(scenario), scenario.users
-    ends, of_ends = zip(*(_end(scenario, user) for user in users), strict=True)
+    ends, of_ends = zip(*(made_end(scenario, user) for user in users), strict=True)
     p = server_params(users, scenario, scenario.server)
     server = resting_server(users, scenario, p)
     paces = network.ticks, network.tick_ns, network.period_ticks
@@ -79,7 +79,8 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     return Run(scenario, plan, book, session(*begins, book))
 
 
-def _end(scenario: Scenario, user: User) -> tuple[UserRun, EndParams]:
+def made_end(scenario: Scenario, user: User) -> tuple[UserRun, EndParams]:
+    """Return the end of a user; ParameterError where it cannot be made."""
     loop, p = made_user(user, scenario)
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
