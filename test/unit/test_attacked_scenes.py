@@ -4,10 +4,15 @@
 words before anything starts.
 """
 
+import dataclasses
+
 import numpy as np
 import pytest
+from support.haply_rig import vendor_setup
 
 from pmwvc_analysis.traces.stages import until
+from pmwvc_analysis.transparency.answer import sentences
+from pmwvc_analysis.transparency.transparency import Rendering
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import surroundings
 from pmwvc_core.errors import ParameterError, ScenarioError
@@ -16,6 +21,8 @@ from pmwvc_core.params.server import BodyParams
 from pmwvc_core.scenes.body import Box
 from pmwvc_core.server.black_box import EnvironmentSetup
 from pmwvc_core.simulation.session import simulate
+from pmwvc_master.devices import DeviceError
+from pmwvc_master.devices.haply import HaplyDevice, HaplyParams
 
 H = 0.008
 
@@ -86,3 +93,15 @@ def test_a_session_with_a_scene_can_be_judged_until_a_time_in_it():
     cut = until(traces, 0.2)
     assert cut.server.scene == traces.server.scene and cut.server.scene["shapes"]
     assert len(cut.server.poses["box"]) == len(cut.server.time_s) < len(traces.server.time_s)
+
+
+def test_nothing_known_of_a_rendering_is_said_in_a_word():
+    nothing = dataclasses.asdict(Rendering())
+    found = dict(nothing, user="user1", source="law", ideal=nothing, measured=None, notes=[])
+    assert sentences(found) == ["user1, through the link: unknown", "ideal: unknown"]
+
+
+@pytest.mark.parametrize("service", ["ws://localhost:99999", "localhost", "http://localhost:1"])
+def test_an_address_that_is_none_is_refused_by_its_name(service):
+    with pytest.raises(DeviceError, match=f"haply.service = '{service}': "):
+        HaplyDevice(vendor_setup("haply", 1), HaplyParams(service=service))

@@ -63,7 +63,7 @@ def sentences(document: dict[str, Any]) -> list[str]:
         ("ideal", document["ideal"]),
     ):
         none = document["source"] == "model" and rendered["first_peak_hz"] is None
-        found.append(f"{who}: {rendered_words(rendered)}{', no resonance' if none else ''}")
+        found.append(f"{who}: {rendered_words(rendered) or 'unknown'}{', no resonance' if none else ''}")
     if (seen := document["measured"]) is not None:
         error = "unknown" if seen["error_median"] is None else f"{seen['error_median']:.2%}"
         found.append(

@@ -58,7 +58,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         self._where = f"haply.service = {self._params.service!r}"
         try:
             self._uri = parse_uri(self._params.service)
-        except WebSocketException as error:
+        except (WebSocketException, ValueError) as error:
             raise DeviceError(f"{self._where}: {error}") from error
         self._link: InverseLink | None = None
         self._id, self._form = self._params.device_id, ""  # of a force; empty: not known yet
