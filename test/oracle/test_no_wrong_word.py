@@ -3,8 +3,8 @@
 """Sessions drawn at random say no wrong word, against a judgement written for the test alone; and
 summary, terminal, report and page say the same.
 
-Twenty-one sessions have fixed seeds: of the first 25 those unlike an earlier one. ``PMWVC_CAMPAIGN=300`` draws as many others, from the seed
-``PMWVC_CAMPAIGN_FROM`` on.
+Twenty-one sessions have fixed seeds: of the first 25 those unlike an earlier one.
+``PMWVC_CAMPAIGN=300`` draws as many others, from the seed ``PMWVC_CAMPAIGN_FROM`` on.
 """
 
 import html
