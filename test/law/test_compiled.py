@@ -33,7 +33,7 @@ from pmwvc_core.plant.remote_hand import TableHand, TableParams, remote_params, 
 from pmwvc_core.scenario.reader import parse_scenario
 
 H, TICK_S, STEPS = 0.008, 0.001, 120
-MATRIX = {"channel": "strict", "dof": 3, "master": {"impedance_matrix": "30 6 0; 6 20 4; 0 4 25"}}
+MATRIX = {"channel": "strict", "dof": 2, "master": {"impedance_matrix": "30 6; 6 20"}}
 ENVIRONMENTS = {
     "coupled axes": MATRIX | {"server": {"coupling": "implicit"}},
     "coupled axes, unwrapped": MATRIX | {"server": {"coupling": "unwrapped"}},
