@@ -76,7 +76,8 @@ class Limits:
         if self.spring.friction.acts:
             f = f + self.spring.pull(f)
         self.fading_s = max(self.fading_s - self.h, 0.0) if coupled else 0.0
-        f = self.part * f + self.old * (self.fading_s / 0.02)
+        old = self.fading_s / 0.02
+        f = self.part * f * (1.0 - old) + self.old * old
         size = math.sqrt(f @ f)
         wanted = f * (self.most_n / size) if size > self.most_n else f
         change = wanted - self.f
@@ -136,6 +137,8 @@ class MasterModel:
             self._close(x, xd)
             packet, answers = self._packet(), True
             self.next_frame = k - k % self.frame + self.frame
+        if (k - self.due) * self.h > 0.02:  # it stood still
+            self.limits.old, self.limits.fading_s = self.limits.f, 0.02
         for each in packets:
             _, begins = self.inbox.take(each, now_ns)
             if begins and self.heard:  # another server

@@ -40,7 +40,7 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(991, 900, inside("pmwvc_core", "scenes")),
+    "scenes": Room(998, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_890,
@@ -63,7 +63,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_087,
+        4_083,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -95,7 +95,7 @@ ROOMS = {
             "devices/force_dimension.py",
         ),
     ),
-    "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(2_051, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(3_033, 3_000, ("pmwvc_view",)),
 }
 

@@ -224,8 +224,26 @@ def test_behind_another_server_the_force_starts_from_zero_even_after_a_stall_of_
     assert rig.loop.protocol.inbox.epoch == 1234
     wanted = 25.0 * 0.02 + math.sqrt(50.0) * 0.3
     share = [force / wanted for force in rig.device.forces]
-    assert max(share[5:23]) < 0.05  # 0.5 s of soft start, once the server has echoed a packet
+    assert max(share[25:43]) < 0.09  # 0.5 s of soft start, once the server has echoed a packet
     assert 0.7 < share[-1] < 0.85
+
+
+@pytest.mark.parametrize("stood", [5, 30, 299])
+def test_a_loop_that_stood_still_comes_back_without_a_step(stood):
+    """What it rendered goes over into the new force in 20 ms; the control: after 5 ms the
+    force is the new one at once, within the slew limit.
+    """
+    rig = answered(Rig(), range(8, 1200), wave=-0.3)
+    before = rig.device.forces[-1]
+    rig.device.forces.clear()
+    rig.device.sample.xd = -0.05
+    rig.tick(1200 + stood, skipped=stood)
+    answered(rig, range(1201 + stood, 1700), wave=-0.3)
+    steps = [abs(b - a) for a, b in pairwise([before, *rig.device.forces])]
+    assert (max(steps) < 2.0 * before / 20.0) is (stood > 20)
+    assert rig.device.forces[-1] == pytest.approx(-25.0 * 0.05 + math.sqrt(50.0) * 0.3, rel=1e-2)
+    back = next(k for k, f in enumerate(rig.device.forces) if k > 20 and f > 0.5)
+    assert back < 150
 
 
 def test_a_running_loop_keeps_no_memory():

@@ -20,7 +20,7 @@ from pmwvc_core.law.channel.arrivals import answer_of, arrive, idle, news, waits
 from pmwvc_core.law.channel.packet import Deadband, Packet, Packing, pack, silence
 from pmwvc_core.law.port.master import port_answer, port_measure, port_passed, port_send, port_tick
 from pmwvc_core.law.safety.brakes import brake_stored_j
-from pmwvc_core.law.safety.limits import Limits, LimitsParams, limits, limits_restart
+from pmwvc_core.law.safety.limits import FADE_S, Limits, LimitsParams, limits, limits_restart
 from pmwvc_core.law.vectors import Vector, zero
 
 LATE_NS = 5_000_000  # a sample older than this is counted
@@ -121,6 +121,8 @@ def user_tick(
     p: UserParams,
 ) -> tuple[ForceLoop, Vector, Vector]:  # fmt: skip
     """Run a tick of a frame that has begun; return the forces wanted and for the device [N]."""
+    if (tick - s.due) * p.tick_s > FADE_S:
+        s = s._replace(limits=s.limits._replace(before=s.limits.f, left=1.0))
     if packets is not None:
         s = receive(s, packets, now_ns, p)
     next_answer, arrivals, known_server = s.next_answer, s.arrivals, s.servers > 0

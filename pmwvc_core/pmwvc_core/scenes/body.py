@@ -61,11 +61,8 @@ class Box:
         if setup.dof not in (3, 6):
             raise ParameterError(f"dof = {setup.dof}: environment 'body' has 3 or 6 axes")
         server, own, users = setup.server, setup.server.body, setup.users
-        self._dof, self._lever_m, self._half_m = (
-            setup.dof,
-            server.lever_m,
-            0.5 * server.object_size_m,
-        )
+        self._dof, self._lever_m = setup.dof, server.lever_m
+        self._half_m = 0.5 * server.object_size_m
         self._mass, self._weight_n = server.object_mass, server.object_mass * own.gravity
         inertia = self._mass * server.object_size_m**2 / 6.0
         self._masses = np.array([self._mass] * 3 + [inertia] * 3)

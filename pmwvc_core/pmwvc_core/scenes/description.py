@@ -44,13 +44,12 @@ def _shape(model: Any, geom: int, names: Sequence[str]) -> dict[str, Any]:
     if (material := int(model.geom_matid[geom])) >= 0 and np.allclose(color, NO_COLOR):
         color = model.mat_rgba[material]
     shape = {
-        "body": names[model.geom_bodyid[geom]],
-        "kind": kind,
+        "body": names[model.geom_bodyid[geom]], "kind": kind,
         "size": model.geom_size[geom].tolist(),
         "at": model.geom_pos[geom].tolist(),
         "turned": model.geom_quat[geom].tolist(),
         "rgba": color.round(3).tolist(),
-    }
+    }  # fmt: skip
     if kind == "mesh":
         mesh = int(model.geom_dataid[geom])
         for name, of, entries in (

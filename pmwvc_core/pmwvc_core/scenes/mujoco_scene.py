@@ -40,7 +40,7 @@ MOST_CONTACTS = 16  # shown in a step
 
 
 def _rotation(quaternion: Array) -> Rotation:
-    return Rotation.from_quat(quaternion, scalar_first=True)
+    return Rotation.from_quat(np.roll(quaternion, -1))  # w first, in MuJoCo
 
 
 class MujocoScene:
@@ -50,9 +50,7 @@ class MujocoScene:
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         self._mujoco, self._dof, self._lever_m = import_mujoco(), setup.dof, setup.server.lever_m
-        self._scale = np.repeat([1.0, self._lever_m], 3)[
-            : self._dof
-        ]  # of a port's axes to a body's
+        self._scale = np.repeat([1.0, self._lever_m], 3)[: self._dof]  # of ports' axes to bodies'
         self._whole = self._mujoco.mjtState.mjSTATE_INTEGRATION
         self.model, self.held, self._shown, self._made_of = scene_model(setup)
         self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
@@ -106,7 +104,7 @@ class MujocoScene:
             self.data.qpos[held.qpos] = held.home + position[:3]
             if self._dof > 3:
                 turned = Rotation.from_rotvec(position[3:] / self._lever_m)
-                self.data.qpos[held.ball] = turned.as_quat(scalar_first=True)
+                self.data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
         self.data.qvel[held.dofs] = 0.0
         self._there[user], self._inside[user] = True, True
 
@@ -153,8 +151,7 @@ class MujocoScene:
             v = data.qvel[dofs] if axes is None else np.einsum("uij,uj->ui", axes, data.qvel[dofs])
             push = (drive - damping * v) * self._scale
             data.qfrc_applied[dofs] = push if axes is None else np.einsum("ui,uij->uj", push, axes)
-            if len(absent):
-                data.qfrc_applied[absent] = data.qvel[absent] = 0.0
+            data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
             v = data.qvel[dofs]
             rates += v if axes is None else np.einsum("uij,uj->ui", axes, v)
@@ -174,7 +171,7 @@ class MujocoScene:
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
         if self._dof > 3:
             turned = Rotation.from_rotvec(dt * v[3:]) * _rotation(before[held.ball])
-            data.qpos[held.ball] = turned.as_quat(scalar_first=True)
+            data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
         data.qvel[held.dofs] = v @ self._axes(held)
 
     def _show(self, dt: float) -> None:

@@ -21,9 +21,7 @@ WAYS = {"up": "way up", "down": "way down", "hand_port": "hand to object"}
 
 
 class Worst(NamedTuple):
-    """The balance nearest to its limit, or farthest below: a deficit is compared with the limit of
-    its own time, however much energy is moved later.
-    """
+    """The balance nearest to its limit, or farthest below; the limit is that of its own time."""
 
     margin_j: float = TOLERANCE_J  # balance above its limit
     balance_j: float = 0.0

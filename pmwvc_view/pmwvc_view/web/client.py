@@ -55,9 +55,7 @@ class Client:
         self._send_snapshot()
 
     def _send_snapshot(self) -> None:
-        """Send the snapshot that waits, behind the messages that do. Credits bound what the socket
-        holds, so that there is nothing to wait for.
-        """
+        """Send the snapshot that waits, behind messages; credits bound what the socket holds."""
         if not self._messages:
             snapshot = self._outgoing.take()
             if snapshot is not None:
@@ -142,9 +140,7 @@ class Handling:
         return {user: words.get(self._owners.get(user), "other") for user in users}
 
     def listened(self, time_s: float) -> None:
-        """Note that pages were listened to for a time [s]; open the hands that got no target for
-        too long of it.
-        """
+        """Note for how long pages were listened to [s]; open hands that got no target for long."""
         self._listened_s += time_s
         for user, at_s in list(self._held_s.items()):
             if self._listened_s - at_s > SILENCE_S:

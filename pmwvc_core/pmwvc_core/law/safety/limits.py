@@ -7,7 +7,7 @@ Research software: not a certified safeguard.
   than ``max_force`` (a vector keeps its direction);
 * after a start, another server or any recovery it grows from zero over ``soft_start_s``, after a
   silence of the same server from what had not faded, within ``RETURN_S`` (at once with a brake);
-  what acted before another server came fades over ``FADE_S``;
+  what acted before another server came, or the loop stood still, goes over within ``FADE_S``;
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part that opposes the motion remains;
   what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` damping and
@@ -38,11 +38,11 @@ class Limits(NamedTuple):
     """State of the limits."""
 
     f: Vector  # as applied last [N]
-    before: Vector  # as applied when another server came [N]
+    before: Vector  # as applied when another server came, or the loop stood still [N]
     brake: HandBrake
     silence_s: float  # from which on the server counts as silent
     gain: float = 0.0  # what is let through of the whole force
-    left: float = 0.0  # and of the one before another server
+    left: float = 0.0  # and of the one before
     push: float = 1.0  # and of what pushes, while only damping is
     ready: bool = False  # the force has been let through in full
     damped: bool = False  # in the tick before
@@ -76,9 +76,8 @@ class LimitsParams(NamedTuple):
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
     brake = loose_brake(zero(s.f))._replace(x=s.brake.x)
-    return s._replace(
-        before=s.f, left=1.0, gain=0.0, returns=False, quiet=False, brake=brake, cause=WAITING
-    )
+    s = s._replace(before=s.f, left=1.0, gain=0.0, returns=False, quiet=False)
+    return s._replace(brake=brake, cause=WAITING)
 
 
 def limits(
@@ -103,8 +102,7 @@ def limits(
     silent = active and silence_s > s.silence_s and (interrupted or overdue or not p.brakes)
     fast = active and speed > p.damper_velocity**2
     runs_away = active and speed > p.fault_velocity**2
-    found = RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE
-    fault = s.fault if s.fault != NONE else found
+    fault = s.fault or (RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE)
     outside = active and not within(x, p.reach)
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and fault == NONE
@@ -118,7 +116,7 @@ def limits(
         brake, more = brake_push(brake, f, p.brake_stiffness)
         f = f if fast or outside else plus(f, more)
     left = max(s.left - p.tick_s / FADE_S, 0.0) if force and not fast else 0.0
-    f = plus(scaled(f, gain), scaled(s.before, left))
+    f = plus(scaled(f, gain * (1.0 - left)), scaled(s.before, left))
     applied, limited = shortened(f, p.max_force), dot(f, f) > p.max_force**2
     change = minus(applied, s.f)
     if dot(change, change) > p.slew**2:
