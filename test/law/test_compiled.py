@@ -12,13 +12,7 @@ from support.laws import assert_same, in_bulk
 
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.port.master import (
-    port_answer,
-    port_measure,
-    port_passed,
-    port_send,
-    port_tick,
-)
+from pmwvc_core.law.port.master import port_answer, port_measure, port_passed, port_send, port_tick
 from pmwvc_core.law.server.server_port import Came, environment_step, joined, left
 from pmwvc_core.law.vectors import each
 from pmwvc_core.law.wave.wave import affordable, repayment

@@ -114,8 +114,7 @@ def test_verdicts(bounds, value, expected):
 
 
 @pytest.mark.parametrize(
-    ("damping", "factor", "softest"),
-    [(0.0, 1.58, 400.0), (15.0, 1.78, 1500.0)],
+    ("damping", "factor", "softest"), [(0.0, 1.58, 400.0), (15.0, 1.78, 1500.0)]
 )
 def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor, softest):
     """App. C section 6, "almost twice"; the form that lengthens waves gave 0.28 to 0.44."""
