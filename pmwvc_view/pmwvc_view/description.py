@@ -52,7 +52,7 @@ def describe(
         "waves": has_waves(scenario.controller),
         "dof": scenario.dof,
         "duration_s": duration_s,
-        "object": {"size_m": scenario.server.object_size_m},
+        "object": {"size_m": scenario.server.object_size_m, "carried": scenario.task.moves},
         "scene": {name: scene[name] for name in ("shapes", "fixed", "origin") if name in scene},
         "users": [
             {

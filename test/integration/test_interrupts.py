@@ -53,10 +53,7 @@ INSTANTS = {
 def test_an_interrupt_while_modules_load_is_one_line(tmp_path, command, instant):
     words = [command, "carry_16ms", "--duration", "600", "--out", tmp_path / "session"]
     with subprocess.Popen(
-        [ROOT / "pmwvc", *words],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
+        [ROOT / "pmwvc", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         while not INSTANTS[instant](process.pid):
             assert process.poll() is None

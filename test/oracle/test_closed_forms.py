@@ -54,12 +54,7 @@ def test_worst_case_energy_gain_of_the_first_order_filters(pole, rate_drop, gain
 @pytest.mark.parametrize("meet, hz", [("pass", 14.096), ("stop", 15.930)])
 def test_half_power_frequency_of_the_butterworth_of_appendix_a(meet, hz):
     params = FilterParams(
-        kind="butterworth",
-        pass_hz=25.0,
-        pass_db=20.0,
-        stop_hz=50.0,
-        stop_db=40.0,
-        meet=meet,
+        kind="butterworth", pass_hz=25.0, pass_db=20.0, stop_hz=50.0, stop_db=40.0, meet=meet
     )
     assert half_power_hz(params, tick_s=TICK_S) == pytest.approx(hz, abs=5e-4)
     sos = design(params, tick_s=TICK_S)

@@ -162,10 +162,7 @@ def lag_one(values):
 def test_correlated_jitter_keeps_its_distribution_and_has_its_correlation(rho):
     settings = {"delay_s": 0.05, "jitter_s": 0.01, "jitter_correlation": rho, "keep_order": False}
     longer = np.sqrt((1.0 + rho) / (1.0 - rho))  # of standard errors, by the chain
-    for jitter, related in (
-        ("normal", rho),
-        ("uniform", 6.0 / np.pi * np.arcsin(rho / 2.0)),
-    ):
+    for jitter, related in (("normal", rho), ("uniform", 6.0 / np.pi * np.arcsin(rho / 2.0))):
         fates, _ = driven(LinkParams(jitter=jitter, **settings), SEED, times_ns())
         delays = arrays(fates)[2] * 1e-9
         law = stats.norm(0.05, 0.01) if jitter == "normal" else stats.uniform(0.04, 0.02)

@@ -114,7 +114,7 @@ def compare(scenario, *, model=None, live=False, before=lambda batch: None):
     return worst
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(scenarios())
 def test_model_and_simulator_agree_on_random_parameters(scenario):
     model = build(scenario)

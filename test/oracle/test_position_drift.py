@@ -32,7 +32,7 @@ def test_the_scenario_is_carry_16ms():
 @pytest.fixture(scope="module")
 def short():
     figure = FIGURES[0]
-    return figure.compute({**figure.parameters, "feedbacks": FEEDBACKS, "duration_s": 6.0})[
+    return figure.compute({**figure.parameters, "feedbacks": FEEDBACKS, "duration_s": 4.0})[
         "numbers"
     ]
 

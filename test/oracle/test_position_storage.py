@@ -25,7 +25,7 @@ ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")
 FIRST_ORDER = "master.filter.kind=first_order"
 
 
-def carried(*settings, duration_s=20.0):
+def carried(*settings, duration_s=12.0):
     scenario = files.load("carry_16ms", settings_texts=settings, duration_s=duration_s)
     return simulate_one(scenario), scenario
 
@@ -47,7 +47,7 @@ def test_with_a_storage_the_offset_goes_to_zero_and_the_storage_is_all_that_is_l
         "master.position.adapts=true",
         f"master.position.storage_j={storage_j}",
     )
-    traces, scenario = carried(*settings, duration_s=30.0)
+    traces, scenario = carried(*settings, duration_s=12.0)
     assert abs(apart_m(traces)) < 5e-5
     for entry in user_energies(traces, scenario):
         assert entry.joint.declared_j == storage_j
@@ -58,7 +58,7 @@ def test_with_a_storage_the_offset_goes_to_zero_and_the_storage_is_all_that_is_l
     assert f"declared storage {1e3 * storage_j:.3g} mJ" in verdict(found, "user1")
     assert any("declared storage" in line for line in lines(scenario, live=False))
     # the controls: without a storage there is nothing to take, and undeclared it is a violation
-    without, _ = carried(*settings[:3], duration_s=10.0)
+    without, _ = carried(*settings[:3], duration_s=6.0)
     assert abs(apart_m(without)) > 2e-3
     assert not any(entry.passive for entry in user_energies(traces))
 
@@ -115,8 +115,8 @@ def test_an_adapted_gain_follows_the_round_trip(delay_frames, b):
 def test_behind_an_encoder_nothing_is_spent_that_the_hand_did_not_give():
     """Booked by the velocity measured, the noise would pay for everything: -5.6 mJ in a minute."""
     settings = (*ENCODER, FIRST_ORDER, "safety.max_slew=20000")
-    traces, scenario = carried(*settings, "master.position.gain=80")
-    plain, _ = carried(*settings)
+    traces, scenario = carried(*settings, "master.position.gain=80", duration_s=16.0)
+    plain, _ = carried(*settings, duration_s=16.0)
     for found, without, user in zip(
         user_energies(traces, scenario), user_energies(plain, scenario), traces.users, strict=True
     ):
@@ -130,10 +130,10 @@ def test_behind_an_encoder_nothing_is_spent_that_the_hand_did_not_give():
 
 def test_the_noise_of_an_encoder_is_what_the_formula_gives():
     filtering = "master.filter.kind=integrate_and_dump"
-    traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000", duration_s=16.0)
+    traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000")
     said = encoder_noise_w(scenario.users[0])
     assert any("noise that is not the hand's" in line for line in lines(scenario, live=False))
-    clean, _ = carried(filtering, duration_s=16.0)
+    clean, _ = carried(filtering)
     for noisy, quiet in zip(user_energies(traces), user_energies(clean), strict=True):
         rows = noisy.joint.time_s > 6.0
         lost = quiet.joint.balance_j[rows] - noisy.joint.balance_j[rows]

@@ -114,8 +114,7 @@ def test_verdicts(bounds, value, expected):
 
 
 @pytest.mark.parametrize(
-    ("damping", "factor", "softest"),
-    [(0.0, 1.58, 400.0), (5.0, 1.55, 900.0), (15.0, 1.78, 1500.0)],
+    ("damping", "factor", "softest"), [(0.0, 1.58, 400.0), (15.0, 1.78, 1500.0)]
 )
 def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor, softest):
     """App. C section 6, "almost twice"; the form that lengthens waves gave 0.28 to 0.44."""
@@ -165,7 +164,7 @@ def test_the_largest_stiffness_of_app_a_fig_5_is_searched_between_the_points_of_
         numbers("A5", damping=grid, curves={name: curves[name]})[f"largest_{name}"]
         for name, grid in (
             ("direct", (0.0, 16.0, 3)),
-            ("direct", (0.0, 20.0, 6)),
+            ("direct", (12.0, 20.0, 3)),
             ("waves_b_80", (9.5, 9.5, 1)),  # the top of a flat curve
         )
     )

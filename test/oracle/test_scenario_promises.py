@@ -7,10 +7,7 @@ import functools
 import numpy as np
 import pytest
 
-from pmwvc_analysis.compare.rendered import (
-    measured_rendering,
-    rendering,
-)
+from pmwvc_analysis.compare.rendered import measured_rendering, rendering
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_analysis.verdicts.verdicts import summary

@@ -73,11 +73,7 @@ STACKED = [
     ("master.bank.split_rad_s", (20.0, 90.0), {"master__bank__kind": "complementary"}),
     ("master.local_model.stiffness", (0.0, 100.0, 2e3), {"master__bank__kind": "dissertation"}),
     ("master.position.gain", (0.0, 5.0, 30.0), {"master__position__feedback": "printed"}),
-    (
-        "baseline.virtual_coupling.stiffness",
-        (50.0, 900.0),
-        {"controller": "virtual_coupling"},
-    ),
+    ("baseline.virtual_coupling.stiffness", (50.0, 900.0), {"controller": "virtual_coupling"}),
     (
         "server.contact_damping",
         (0.0, 9.0),

@@ -38,7 +38,7 @@ UNLENT = ("master.store_j=0", "server.store_j=0")  # what counts give out is not
 
 
 def carry(*settings):
-    return files.load("carry_16ms", settings_texts=[*UNLENT, *settings], duration_s=12.0)
+    return files.load("carry_16ms", settings_texts=[*UNLENT, *settings], duration_s=8.0)
 
 
 def held(traces, user=0):
@@ -113,7 +113,7 @@ ALONE = (
 def test_a_fast_swing_of_a_device_alone_counts_the_positions_measured(slow_s, monkeypatch):
     """With zero, the control: the work over the tracked position feeds the swing."""
     as_written(monkeypatch, port__counts__SLOW_S=slow_s)
-    given = given_j(files.load("wall", settings_texts=[*UNLENT, *ALONE], duration_s=9.0))
+    given = given_j(files.load("wall", settings_texts=[*UNLENT, *ALONE], duration_s=5.0))
     assert (given > 1e-3) == (slow_s == 0.0)
     assert given < 1e-6 or slow_s == 0.0
 
@@ -214,7 +214,7 @@ def test_the_bound_of_counts_hides_no_other_leak(part, given_j):
 
 def test_an_exact_device_feels_no_more_damping():
     """With E0 lent: an empty one is filled by the hand."""
-    traces = simulated(files.load("carry_16ms", duration_s=12.0))
+    traces = simulated(files.load("carry_16ms", duration_s=6.0))
     for user in traces.users:
         damper = 25.0 * user.xd_m - np.sqrt(50.0) * user.v_m
         assert np.abs(user.f_m - damper).max() < 1e-9

@@ -70,10 +70,7 @@ ROOMS = {
     "recordings": Room(
         3_270,
         3_000,
-        (
-            *inside("pmwvc_analysis", "recording", "replay", "*.py"),
-            "pmwvc_analysis/*.py",
-        ),
+        (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
         2_252, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")

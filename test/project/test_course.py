@@ -59,7 +59,7 @@ def sessions(name):
             found[key] = simulated(run)
             continue
         with tempfile.TemporaryDirectory() as folder:
-            summary = document(run.command, "--out", folder)
+            summary = document(run.command, "--no-figures", "--out", folder)
             found[key] = Session(read_scenario(folder), read_session(folder), summary)
     return found
 

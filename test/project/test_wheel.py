@@ -144,7 +144,7 @@ COMMANDS = {  # and what they say
     ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "0.5", "--no-figures"): "",
     ("stability", "wall"): "",
     ("transparency", "wall"): "",
-    ("tune", "wall", "--out", "tuned.yaml"): "",
+    ("tune", "wall", "--set", "duration_s=2", "--out", "tuned.yaml"): "",
     ("map", "wall", "--x", "master.impedance=10:30:3", "--y", "link.delay_s=0:0.01:2"): "",
 }
 

@@ -114,9 +114,7 @@ def expand(held, packets, lengths):
 
 
 @pytest.mark.parametrize("kind", ["zoh", "foh"])
-@given(
-    train=st.lists(st.tuples(amplitudes, st.integers(0, FULL)), min_size=1, max_size=40),
-)
+@given(train=st.lists(st.tuples(amplitudes, st.integers(0, FULL)), min_size=1, max_size=40))
 def test_a_hold_emits_no_more_than_it_got_while_no_packet_is_late(kind, train):
     """Over whole frames a zero-order hold is lossless; a late packet makes either give more."""
     packets, lengths = zip(*train, strict=True)

@@ -5,13 +5,7 @@
 import numpy as np
 
 from pmwvc_core.ends.inbox import value, vector
-from pmwvc_core.law.wave.filter_and_hold import (
-    Hold,
-    filter_sample,
-    filter_step,
-    hold,
-    load,
-)
+from pmwvc_core.law.wave.filter_and_hold import Hold, filter_sample, filter_step, hold, load
 from pmwvc_core.made.waves import made_filter
 from pmwvc_core.params import FilterParams
 from support.strategies import TICK_S

@@ -19,13 +19,7 @@ import numpy as np
 
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import (
-    FateTraces,
-    PacketTraces,
-    ServerTraces,
-    SessionTraces,
-    UserTraces,
-)
+from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 
 IMPEDANCE = 25.0
 FORCE_N = 1.0

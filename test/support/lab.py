@@ -4,15 +4,18 @@
 modules that seem to be installed.
 """
 
+import contextlib
+import json
 import os
 import re
+import subprocess
 import sys
 import types
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
-from support.command_line import ROOT, call
+from support.command_line import ROOT
 
 
 def source_of(page):
@@ -36,18 +39,36 @@ def install(folder: Path, module: str, source: str, points: Mapping[str, str]) -
     (info / "entry_points.txt").write_text("\n".join(lines).replace('"', ""))
 
 
+COMMANDS = """
+import json, sys
+from support.command_line import here
+for line in sys.stdin:
+    done = here(*json.loads(line), cwd=".")
+    print(json.dumps([done.returncode, done.stdout, done.stderr]), flush=True)
+"""
+
+
+@contextlib.contextmanager
 def example_of(folder, page):
-    """Install the example of a page of docs/; return the command line beside it."""
+    """Install the example of a page of docs/; yield the command line beside it, whose commands
+    all run in one process: it imports, and unrolls the laws, once.
+    """
     text, source = source_of(page)
     [(group, point)] = re.findall(r'entry-points\."(.*?)"\]\n(.*)', text)
     module = re.search(r'"(\w+):', point)[1]
     install(folder, module, source, {group: point})
+    path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", ""), *sys.path])
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "cwd": folder}
+    program, environment = [sys.executable, "-c", COMMANDS], os.environ | {"PYTHONPATH": path}
+    with subprocess.Popen(program, env=environment, **pipes) as process:
 
-    def run(*words):
-        path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
-        return call(*words, cwd=folder, PYTHONPATH=path)
+        def run(*words):
+            print(json.dumps([*map(str, words)]), file=process.stdin, flush=True)
+            code, out, error = json.loads(process.stdout.readline())
+            return subprocess.CompletedProcess(words, code, out, error)
 
-    return run
+        yield run
+        process.stdin.close()
 
 
 def offer(patch, group, module, found, *, kept=(), **values):

@@ -44,8 +44,3 @@ def in_bulk(driver: Callable[..., Any]) -> Any:
     """Return a function of a test compiled like a law, with the laws that it calls."""
     driver.__module__ = "pmwvc_core.law.driver"
     return compiled(driver)
-
-
-def old_form(vector: tuple[float, ...]) -> Any:
-    """Return a vector as the laws on arrays have it: a float, or an array."""
-    return vector[0] if len(vector) == 1 else np.array(vector)

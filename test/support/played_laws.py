@@ -52,11 +52,7 @@ class Laws:
     def start(self):
         users, devices, hands, *_ = zip(*self.made.ends, strict=True)
         return Session(
-            users,
-            self.made.server,
-            devices,
-            hands,
-            *((Link(0, ()),) * len(devices),) * 2,
+            users, self.made.server, devices, hands, *((Link(0, ()),) * len(devices),) * 2
         )
 
     def run(self, s, ticks):

@@ -12,11 +12,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.wave.filter_design import (
-    HIGHEST_ORDER,
-    bilinear_sections,
-    least_order,
-)
+from pmwvc_core.wave.filter_design import HIGHEST_ORDER, bilinear_sections, least_order
 
 TICK_S = 1e-3
 ANGLES = np.linspace(0.0, 3.14, 400)

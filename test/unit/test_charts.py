@@ -20,13 +20,7 @@ from support import handmade
 
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Level, Panel
-from pmwvc_analysis.charts.chart_files import (
-    MOST_NUMBERS,
-    figure,
-    payload,
-    thinned,
-    write,
-)
+from pmwvc_analysis.charts.chart_files import MOST_NUMBERS, figure, payload, thinned, write
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts
 from pmwvc_analysis.figures.recorded import numbered

@@ -135,20 +135,10 @@ def test_options_reach_the_session(simulated):
         (("server.coupling=one_step_delay", "server.contact_stiffness=5000"), 1, "not stable, "),
     ],
 )
-def test_the_check_makes_the_verdict_the_exit_code(pmwvc, tmp_path, settings, code, words):
+def test_the_check_makes_the_verdict_the_exit_code(pmwvc, settings, code, words):
     options = [word for setting in settings for word in ("--set", setting)]
-    words_of = (
-        "simulate",
-        "wall",
-        "--duration",
-        "4",
-        "--out",
-        "short",
-        "--check",
-        "--no-figures",
-        *options,
-    )
-    first = call(*words_of, cwd=tmp_path)
+    session = ("simulate", "wall", "--duration", "4", "--no-figures", "--out", "short")
+    first = pmwvc(*session, "--check", *options)
     assert first.returncode == code, first.stdout
     assert words in first.stdout
     if code:  # without the option a verdict is no failure
@@ -200,11 +190,7 @@ def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
     written = yaml.safe_load((tmp_path / "tuned.yaml").read_text("utf-8"))
     assert written["master"]["impedance"] == pytest.approx(best["master.impedance"], abs=0.01)
     assert written["name"] == "tuned" and written["description"].startswith("wall as tuned: ")
-    assert (
-        pmwvc(
-            "simulate", "tuned.yaml", "--duration", "0.5", "--no-figures", "--out", "it"
-        ).returncode
-        == 0
-    )
+    run = ("simulate", "tuned.yaml", "--duration", "0.5", "--no-figures", "--out", "it")
+    assert pmwvc(*run).returncode == 0
     assert "is there already" in refused(pmwvc("tune", "wall", "--out", "tuned.yaml"))
     assert "must end in .yaml" in refused(pmwvc("tune", "wall", "--out", "tuned.txt"))

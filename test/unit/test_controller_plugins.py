@@ -23,7 +23,8 @@ from pmwvc_core.scenario.reader import parse_scenario
 @pytest.fixture(scope="module")
 def pmwvc(tmp_path_factory):
     """The command line beside an installed package: the example of the documentation."""
-    return example_of(tmp_path_factory.mktemp("lab"), "controllers.md")
+    with example_of(tmp_path_factory.mktemp("lab"), "controllers.md") as run:
+        yield run
 
 
 FOUR = ("--set", "controller=four_channel")
@@ -45,18 +46,10 @@ def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc,
     assert summary["prediction"]["any_delay"] is None
     assert pmwvc("report", out).returncode == 0
     assert "Four channels" in (out / "report.html").read_text("utf-8")
-    again = pmwvc(
-        "replay",
-        out,
-        "--set",
-        "four_channel.forward=0.1",
-        "--out",
-        tmp_path / "again",
-        "--no-figures",
-    )
+    changed = ("--set", "four_channel.forward=0.1", "--out", tmp_path / "again")
+    again = pmwvc("replay", out, *changed, "--no-figures", "--json")
     assert again.returncode == 0, again.stderr
-    summary = json.loads((tmp_path / "again" / "summary.json").read_text("utf-8"))
-    assert summary["parameters"]["four_channel.forward"] == 0.1
+    assert json.loads(again.stdout)["parameters"]["four_channel.forward"] == 0.1
 
 
 def test_its_parameters_are_compared_and_its_extra_signals_are_felt(pmwvc, tmp_path):
@@ -93,16 +86,14 @@ def test_a_controller_of_another_package_has_an_exact_model(pmwvc):
 
 
 def test_an_environment_of_another_package_has_parameters(tmp_path):
-    run = example_of(tmp_path, "environments.md")
+    words = ["wall_slow", "--set", "server.environment=jelly", "--duration", "2"]
     forces = []
-    for damping in (4, 8):
-        out = tmp_path / f"with_{damping}"
-        words = ["wall_slow", "--set", "server.environment=jelly", "--duration", "3"]
-        of = f"jelly.damping={damping}"
-        result = run("simulate", *words, "--set", of, "--no-figures", "--out", out)
-        assert result.returncode == 0, result.stderr
-        summary = json.loads((out / "summary.json").read_text("utf-8"))
-        forces.append(summary["users"][0]["force_peak_n"])
+    with example_of(tmp_path, "environments.md") as run:
+        for damping in (4, 8):
+            of = ("--set", f"jelly.damping={damping}", "--out", tmp_path / f"with_{damping}")
+            result = run("simulate", *words, *of, "--no-figures", "--json")
+            assert result.returncode == 0, result.stderr
+            forces.append(json.loads(result.stdout)["users"][0]["force_peak_n"])
     assert forces[0] != forces[1]
 
 

@@ -34,7 +34,8 @@ PROVED = (  # stable at any delay with implicit
 @pytest.fixture(scope="module")
 def pmwvc(tmp_path_factory):
     """The command line beside an installed package: the example of the documentation."""
-    return example_of(tmp_path_factory.mktemp("lab"), "couplings.md")
+    with example_of(tmp_path_factory.mktemp("lab"), "couplings.md") as run:
+        yield run
 
 
 def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):

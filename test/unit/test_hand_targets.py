@@ -97,8 +97,7 @@ def test_targets_stay_at_their_ticks_behind_a_pause_of_the_loop():
     """A hand moves on in 99 ticks of a pause of 250; the target comes 50 ticks behind it."""
     scenario = remote_scenario()
     recorded = SimpleNamespace(
-        live=True,
-        targets={"user1": HandTargets(np.array([0.4]), np.array([[0.01, 0.0, 0.0]]))},
+        live=True, targets={"user1": HandTargets(np.array([0.4]), np.array([[0.01, 0.0, 0.0]]))}
     )
     ran_ns = 1_000_000 * np.arange(800)
     ran_ns[100:350] = -1

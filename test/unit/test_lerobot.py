@@ -207,11 +207,7 @@ def test_an_arm_that_fails_is_asked_again_and_its_samples_are_invalid(lab):
 @pytest.mark.parametrize(
     ("arm", "params", "text"),
     [
-        (
-            {},
-            {"teleoperator": "lab_leg:Leg"},
-            "cannot be opened: ModuleNotFound",
-        ),
+        ({}, {"teleoperator": "lab_leg:Leg"}, "cannot be opened: ModuleNotFound"),
         ({}, {"teleoperator": "lab_arm:Leg"}, "cannot be opened: AttributeError"),
         ({}, {"config": "speed=3"}, "cannot be opened: TypeError"),
         ({}, {"config": "port"}, "cannot be opened: ValueError"),

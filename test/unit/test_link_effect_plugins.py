@@ -15,7 +15,8 @@ BURSTS = ("--set", "link.effects=bursts:rate=0.01:stay=0.5")
 @pytest.fixture(scope="module")
 def pmwvc(tmp_path_factory):
     """The command line beside an installed package: the example of the documentation."""
-    return example_of(tmp_path_factory.mktemp("lab"), "links.md")
+    with example_of(tmp_path_factory.mktemp("lab"), "links.md") as run:
+        yield run
 
 
 def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
@@ -30,7 +31,7 @@ def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tm
 
 def test_an_effect_of_another_package_is_compared(pmwvc, tmp_path):
     over = ["--over", "link.effects=bursts:rate=0:stay=0,bursts:rate=0.02:stay=0.6", "--json"]
-    words = ["carry_16ms", *over, "--no-figures", "--duration", "4", "--out", tmp_path / "all"]
+    words = ["wall", *over, "--no-figures", "--duration", "3", "--out", tmp_path / "all"]
     result = pmwvc("compare", *words)
     assert result.returncode == 0, result.stderr
     calm, lossy = json.loads(result.stdout)["sessions"]

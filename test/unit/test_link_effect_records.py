@@ -190,10 +190,7 @@ def test_effects_follow_new_settings(lab):
 @pytest.mark.parametrize(
     ("effects", "text"),
     [
-        (
-            "moon",
-            "not installed; there are: .*half, known, late, moody, .*link_effects",
-        ),
+        ("moon", "not installed; there are: .*half, known, late, moody, .*link_effects"),
         ("late", "late takes by_s"),
         ("late:by_s=-1", "late: by_s = -1.0: must be >= 0 s"),
         ("late:by_s", "must be a name with its numbers"),

@@ -14,14 +14,7 @@ from support import linear_loops
 from support.map_points import point
 
 from pmwvc_analysis.figures.model_charts import stability_map as draw
-from pmwvc_analysis.maps.maps import (
-    Grid,
-    MapAxis,
-    boundary_of,
-    compute,
-    growth_per_s,
-    write_data,
-)
+from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_of, compute, growth_per_s, write_data
 from pmwvc_core.errors import PmwvcError
 
 STIFFNESS = MapAxis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))
@@ -43,13 +36,7 @@ def computed(x=STIFFNESS, y=DELAY):
 
 @pytest.mark.parametrize(
     ("x", "y"),
-    [
-        (STIFFNESS, DELAY),
-        (DELAY, STIFFNESS),
-        (DAMPING, STIFFNESS),
-        (TWO, MANY),
-        (DELAY, DELAY),
-    ],
+    [(STIFFNESS, DELAY), (DELAY, STIFFNESS), (DAMPING, STIFFNESS), (TWO, MANY), (DELAY, DELAY)],
 )
 def test_a_map_is_what_its_points_are_one_by_one(x, y):
     of = grid(x, y)

@@ -230,7 +230,7 @@ def test_behind_another_server_the_force_starts_from_zero_even_after_a_stall_of_
 
 @pytest.mark.parametrize("stood", [5, 30, 299])
 def test_a_loop_that_stood_still_comes_back_without_a_step(stood):
-    """What it rendered goes over into the new force in 20 ms; the control: after a stall of 5 ms the
+    """What it rendered goes over into the new force in 20 ms; the control: after 5 ms the
     force is the new one at once, within the slew limit.
     """
     rig = answered(Rig(), range(8, 1200), wave=-0.3)

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from support.plain import load
 
-from pmwvc_analysis.compare.measures import (
-    MEASURES,
-    Compared,
-    force_error,
-    measured,
-    measures,
-)
+from pmwvc_analysis.compare.measures import MEASURES, Compared, force_error, measured, measures
 from pmwvc_analysis.compare.rendered import rendering
 from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_core.scenario.reader import parse_scenario

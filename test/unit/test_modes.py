@@ -10,12 +10,13 @@ from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linearize import build
 
 
-def loop(first, second, period):
+def loop(first, second, period, stiffness=500.0, damping=1.0):
     return linear_loops.scenario(
         user1__master__rate_drop=first,
         user2__master__rate_drop=second,
         server__period_s=period * 1e-3,
-        server__contact_damping=1.0,
+        server__contact_stiffness=stiffness,
+        server__contact_damping=damping,
     )
 
 
@@ -29,7 +30,10 @@ def rings_at(scenario):
     return (len(turns) - 1) / ((turns[-1] - turns[0]) * 1e-3)
 
 
-@pytest.mark.parametrize("periods", [(8, 8, 8), (10, 8, 9), (9, 12, 8)])
+STIFF = (9, 12, 8, 5000.0, 10.0)
+
+
+@pytest.mark.parametrize("periods", [(8, 8, 8), (9, 12, 8), STIFF])
 def test_the_slowest_motion_has_the_frequency_it_rings_at(periods):
     scenario = loop(*periods)
     found = answer(scenario)["slowest"]["frequency_hz"]
@@ -37,7 +41,7 @@ def test_the_slowest_motion_has_the_frequency_it_rings_at(periods):
 
 
 def test_frequency_is_not_aliased_by_the_hyperperiod():
-    """The control: modulo 1/(360 ms) the answer was another one."""
-    found = answer(loop(10, 8, 9))
-    assert found["hyperframe_ticks"] == 360
-    assert found["slowest"]["frequency_hz"] > 0.5 / 0.36
+    """The control: modulo 1/(72 ms) the answer was another one."""
+    found = answer(loop(*STIFF))
+    assert found["hyperframe_ticks"] == 72
+    assert found["slowest"]["frequency_hz"] > 0.5 / 0.072

@@ -55,8 +55,7 @@ def played(device, seconds=3.0):
 
 
 @pytest.mark.parametrize(
-    "right",
-    [{}, {"dof": 3}, {"step": 6e-5}, {"factor": 1.8}, {"factor": 0.6}, {"late": 0.02}],
+    "right", [{}, {"dof": 3}, {"step": 6e-5}, {"factor": 1.8}, {"factor": 0.6}, {"late": 0.02}]
 )
 def test_velocities_of_the_motion_are_believed(right):
     """Also behind counts of 60 um, and 20 ms late."""

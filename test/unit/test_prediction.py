@@ -7,9 +7,7 @@ from support import handmade
 from support import plain as scenarios
 
 from pmwvc_analysis.models.any_delay import any_delay
-from pmwvc_analysis.prediction.prediction import (
-    prediction,
-)
+from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import lines
 
 

@@ -9,9 +9,7 @@ from support import handmade
 from support import plain as scenarios
 
 from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
-from pmwvc_analysis.prediction.prediction import (
-    prediction,
-)
+from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.rendering import link_words
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.params import DeviceParams, FilterParams, MasterParams

@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from support import handmade
-from support.command_line import ROOT, call
+from support.command_line import ROOT, here
 
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.report.report import render
@@ -157,7 +157,7 @@ def test_a_report_that_finds_no_room_states_how_to_write_it_elsewhere(tmp_path):
     full = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert full.returncode == 2
     assert f"'pmwvc report {place} --out FOLDER' writes the report elsewhere" in full.stderr
-    result = call("report", place, "--out", other, "--json", cwd=tmp_path)
+    result = here("report", place, "--out", other, "--json", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout) == json.loads((other / "summary.json").read_text("utf-8"))
     assert (other / "report.html").stat().st_size > 10_000

@@ -166,7 +166,7 @@ def test_one_axis_has_no_sideways():
 
 def test_cube_3d_is_carried_along_and_sideways_and_the_devices_give_way_across():
     """By B^-1 F times the lag, at rest in the grip and not yet carried."""
-    scenario = scenarios.load("cube_3d")
+    scenario = scenarios.load("cube_3d", duration_s=9.0)
     traces, result = simulated(scenario), judged(scenario)
     user, server = traces.users[0], traces.server
     assert result["stable"] and result["object"]["path_error_rms_m"] < 0.002

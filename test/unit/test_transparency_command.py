@@ -4,16 +4,14 @@
 
 import csv
 import json
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from support.command_line import ROOT, here
 
 from pmwvc_bringup.cli import main
 
-ROOT = Path(__file__).resolve().parents[2]
 FELT = {
     "admittance_dc", "k_felt", "b_felt", "mass_felt", "b_free", "mass_link", "b_link",
     "first_peak_hz",
@@ -21,9 +19,7 @@ FELT = {
 
 
 def run(*words):
-    return subprocess.run(
-        [ROOT / "pmwvc", *map(str, words)], capture_output=True, text=True, check=False
-    )
+    return here(*words, cwd=ROOT)
 
 
 def test_json_is_one_document_with_the_documented_keys():

@@ -40,7 +40,7 @@ MOST_CONTACTS = 16  # shown in a step
 
 
 def _rotation(quaternion: Array) -> Rotation:
-    return Rotation.from_quat(quaternion, scalar_first=True)
+    return Rotation.from_quat(np.roll(quaternion, -1))  # w first, in MuJoCo
 
 
 class MujocoScene:
@@ -104,7 +104,7 @@ class MujocoScene:
             self.data.qpos[held.qpos] = held.home + position[:3]
             if self._dof > 3:
                 turned = Rotation.from_rotvec(position[3:] / self._lever_m)
-                self.data.qpos[held.ball] = turned.as_quat(scalar_first=True)
+                self.data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
         self.data.qvel[held.dofs] = 0.0
         self._there[user], self._inside[user] = True, True
 
@@ -171,7 +171,7 @@ class MujocoScene:
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
         if self._dof > 3:
             turned = Rotation.from_rotvec(dt * v[3:]) * _rotation(before[held.ball])
-            data.qpos[held.ball] = turned.as_quat(scalar_first=True)
+            data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
         data.qvel[held.dofs] = v @ self._axes(held)
 
     def _show(self, dt: float) -> None:

@@ -135,11 +135,11 @@ def traces_of(run: Run) -> SessionTraces:
     """Return the traces of a session in bulk."""
     scenario, book = run.scenario, run.book
     names, count = [user.name for user in scenario.users], len(book.energies)
-    period_s = scenario.server.period_s
+    period_s, none = scenario.server.period_s, np.zeros((3, count), dtype=np.int64)
     server = server_traces(
         scenario, book.steps, book.energies, book.presence, periods_s=np.full(count, period_s),
         time_s=scenario.tick_s * (scenario.period_ticks * np.arange(count, dtype=np.float64)),
-        changes=np.zeros(count, dtype=np.int64), looked_ns=np.zeros(count, dtype=np.int64),
+        changes=none[0], looked_ns=none[1], contained=none[2],
     )  # fmt: skip
     users, duration_s = range(len(names)), book.signals.shape[2] * scenario.tick_s
     traces = SessionTraces("simulated", duration_s, [_user(run, each) for each in users], server)

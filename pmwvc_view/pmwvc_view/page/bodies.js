@@ -36,7 +36,7 @@ export class Bodies {
     for (const shape of this.shapes) shape.half = halves(shape);
     Object.assign(this, { fixed, origin, held: session.users.map(({ name }, user) => held(user) ?? name), offsets: [] });
     const moves = new Set(this.shapes.filter(({ body, user }) => user < 0 && !fixed[body]).map(({ body }) => body));
-    this.carried = moves.size === 1 ? [...moves][0] : null; // which a task may have a target for
+    this.carried = session.object.carried && moves.size === 1 ? [...moves][0] : null; // which a task may have a target for
   }
 
   /** Pose of a body: x y z [m], w x y z; null where it is not known. */
