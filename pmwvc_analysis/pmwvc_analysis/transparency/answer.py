@@ -58,12 +58,11 @@ def answer(
 def sentences(document: dict[str, Any]) -> list[str]:
     """Return the same for people."""
     found = []
-    for who, rendered in (
-        (f"{document['user']}, through the link", document),
-        ("ideal", document["ideal"]),
-    ):
+    through = f"{document['user']}, through the link"
+    for who, rendered in ((through, document), ("ideal", document["ideal"])):
         none = document["source"] == "model" and rendered["first_peak_hz"] is None
-        found.append(f"{who}: {rendered_words(rendered) or 'unknown'}{', no resonance' if none else ''}")
+        text = rendered_words(rendered) or "unknown"
+        found.append(f"{who}: {text}{', no resonance' if none else ''}")
     if (seen := document["measured"]) is not None:
         error = "unknown" if seen["error_median"] is None else f"{seen['error_median']:.2%}"
         found.append(
