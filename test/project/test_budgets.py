@@ -40,7 +40,7 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(998, 900, inside("pmwvc_core", "scenes")),
+    "scenes": Room(991, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_890,
@@ -77,7 +77,7 @@ ROOMS = {
     ),
     "command line": Room(3_200, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        1_250,
+        1_298,
         1_250,
         inside(
             "pmwvc_master",
@@ -90,10 +90,11 @@ ROOMS = {
             "devices/haply.py",
             "devices/inverse_link.py",
             "devices/force_dimension.py",
+            "devices/turn.py",
         ),
     ),
-    "nodes": Room(2_051, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_033, 3_000, ("pmwvc_view",)),
+    "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(3_027, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -85,7 +85,7 @@ def lab(monkeypatch):
         ("picky", {}, r"^device.mass = 1.0: a stick weighs less$"),
         ("stick", {"dof": 2}, "has 1 axes where dof = 2"),
         ("ros_topic", {}, "needs a ROS node"),
-        ("ros_topic", {"dof": 4, "node": object()}, "poses have 3 axes of motion; set dof = 4"),
+        ("ros_topic", {"dof": 4, "node": object()}, "dof = 4: must be 1 to 3, or 6"),
     ],
 )
 def test_a_device_that_cannot_be_used_is_named_with_the_reason(lab, name, changes, text):

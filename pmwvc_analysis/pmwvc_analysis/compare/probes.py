@@ -54,7 +54,7 @@ HELD_KG, HELD_N_S_M = 1e3, 1e3  # of an object that stays where forces balance
 START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
 UNKNOWN = "nothing is known"
-RESTLESS = "stiffness unknown (no press in which the device settles, at the same place)"
+RESTLESS = "stiffness unknown (the device settles in no press, or not at the same place)"
 INCOHERENT = "mass and damping unknown (motion does not cohere, or half a second late)"
 
 

@@ -25,34 +25,34 @@ from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.numeric import Value, finite, flatten
+from pmwvc_core.runtime.parameters import declare
 from pmwvc_core.runtime.topics import Polled
 from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.turn import Turn, TurnParams
 
-MOST_AXES = 3  # of a point or a pose
 # A reliable publisher matches as well.
 HAND_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 _NS_PER_S = 10**9
-_HEADS = {0: struct.Struct(">iII"), 1: struct.Struct("<iII")}
-_NUMBERS = {0: struct.Struct(">3d"), 1: struct.Struct("<3d")}
+_ORDER = {0: ">", 1: "<"}
 _WRENCH = struct.Struct("<4siII4x6d")  # frame_id "": its final 0, then up to a multiple of 8
 
 
-def first_vector(message: bytes) -> tuple[int, tuple[float, float, float]] | None:
-    """Return stamp [ns] and the first three numbers of a stamped message; None if it is none."""
-    if len(message) < 16 or message[1] not in _HEADS:
+def numbers_of(message: bytes, count: int = 3) -> tuple[int, tuple[float, ...]] | None:
+    """Return stamp [ns] and the first numbers of a stamped message; None if it is none."""
+    if len(message) < 16 or message[1] not in _ORDER:
         return None
-    seconds, nanoseconds, length = _HEADS[message[1]].unpack_from(message, 4)
+    seconds, nanoseconds, length = struct.unpack_from(f"{_ORDER[message[1]]}iII", message, 4)
     begin = 4 + (12 + length + 7) // 8 * 8
-    if len(message) < begin + 24:
+    if len(message) < begin + 8 * count:
         return None
-    x, y, z = _NUMBERS[message[1]].unpack_from(message, begin)
-    return seconds * _NS_PER_S + nanoseconds, (x, y, z)
+    found = struct.unpack_from(f"{_ORDER[message[1]]}{count}d", message, begin)
+    return seconds * _NS_PER_S + nanoseconds, found
 
 
-def wrench(force: tuple[float, float, float]) -> bytes:
-    """Return a serialized WrenchStamped of now with this force [N] and no torque."""
+def wrench(force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)) -> bytes:
+    """Return a serialized WrenchStamped of now [N], [N m]."""
     stamp = divmod(time.time_ns(), _NS_PER_S)
-    return _WRENCH.pack(b"\x00\x01\x00\x00", *stamp, 1, *force, 0.0, 0.0, 0.0)
+    return _WRENCH.pack(b"\x00\x01\x00\x00", *stamp, 1, *force, *torque)
 
 
 class HandTopics:
@@ -65,9 +65,8 @@ class HandTopics:
     """
 
     def __init__(self, node: Node, *, dof: int) -> None:
-        if dof > MOST_AXES:
-            text = f"a point has {MOST_AXES} axes; set dof = {dof} to {MOST_AXES} or less"
-            raise ParameterError(f"operator.kind = 'remote': {text}")
+        if dof > 3:
+            raise ParameterError(f"operator.kind = 'remote': dof = {dof}: a point has 3 axes")
         self._dof = dof
         self._targets = Polled(node, PointStamped, "hand/target", HAND_QOS, raw=True)
         self._held = Polled(node, Bool, "hand/held", HAND_QOS)
@@ -80,7 +79,7 @@ class HandTopics:
             self._open = bool(message.data)
             found += [] if self._open else [None]
         for data in self._targets:
-            point = first_vector(data)
+            point = numbers_of(data)
             if point is not None and self._open:
                 found.append(value(point[1][: self._dof]))
         return found
@@ -94,6 +93,7 @@ class RosTopicDevice:
     every tick: the force on the hand, ``-f_m``. Without a twist the velocity is the slope between
     the last two poses, over the difference of their stamps.
 
+    With six axes the pose's orientation counts, too (:mod:`.turn`), and the wrench has a torque.
     A sample holds between messages, so the driver should publish about as fast as the loop runs.
     When no finite pose has come for ``STALE_NS`` the loop renders no force.
     """
@@ -102,9 +102,11 @@ class RosTopicDevice:
         if setup.node is None:
             raise DeviceError("device.plugin = 'ros_topic': needs a ROS node (the master's)")
         self._node, self._dof = setup.node, setup.dof
-        if self._dof > MOST_AXES:
-            text = f"poses have {MOST_AXES} axes of motion; set dof = {self._dof} to {MOST_AXES}"
-            raise DeviceError(f"device.plugin = 'ros_topic': {text} or less")
+        if self._dof not in (1, 2, 3, 6):
+            raise DeviceError(
+                f"device.plugin = 'ros_topic': dof = {self._dof}: must be 1 to 3, or 6"
+            )
+        self._turn = Turn(declare(self._node, "ros_topic", TurnParams).lever_m)
         self.info = DeviceInfo("ROS topics", self._dof, velocity="estimated")
         self._zero = value((0.0,) * setup.dof)
         start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
@@ -125,13 +127,15 @@ class RosTopicDevice:
         sample = self._sample
         sample.fresh = False
         for message in self._twist:
-            twist = first_vector(message)
-            if twist is not None and finite(velocity := value(twist[1][: self._dof])):
-                sample.xd, self._twist_ns = velocity, due_ns
+            if (twist := numbers_of(message, 6)) is not None:
+                along = *twist[1][:3], *(self._turn.lever_m * rate for rate in twist[1][3:])
+                if finite(velocity := value(along[: self._dof])):
+                    sample.xd, self._twist_ns = velocity, due_ns
         for message in self._pose:
-            pose = first_vector(message)
-            if pose is not None:
-                self._move(value(pose[1][: self._dof]), pose[0], due_ns)
+            pose = numbers_of(message, 7)
+            if pose is not None and (self._dof < 6 or self._turn.add(pose[1][3:])):
+                x = (*pose[1][:3], *self._turn.way.tolist())[: self._dof]
+                self._move(value(x), pose[0], due_ns)
         return sample
 
     def _move(self, x: Value, stamp_ns: int, now_ns: int) -> None:
@@ -152,8 +156,8 @@ class RosTopicDevice:
 
     def write(self, f_m: Value) -> None:
         """Publish the force on the hand."""
-        x, y, z = (*map(float, flatten(-f_m)), 0.0, 0.0)[:3]
-        self._force.publish(wrench((x, y, z)))
+        push = (*map(float, flatten(-f_m)), *(0.0,) * 5)[:6]
+        self._force.publish(wrench(push[:3], [self._turn.lever_m * each for each in push[3:]]))
 
     def couple(self) -> None:
         """Do nothing: a person needs no start."""
