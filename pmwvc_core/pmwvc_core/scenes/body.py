@@ -39,8 +39,7 @@ from pmwvc_core.scenes.turning import cayley, cross, quaternion
 from pmwvc_core.server.black_box import EnvironmentSetup
 
 POINTS = 3  # of a pad
-TABLE_N_M, TABLE_S = 2e4, 0.002  # at each corner: least stiffness, damping by stiffness
-SINKS = 0.025  # of half the box, at most
+TABLE_N_M, TABLE_S, SINKS = 2e4, 0.002, 0.025  # at least; damping of it; most of half the box
 THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
 GREY, WOOD = [0.5, 0.5, 0.5, 1.0], [0.8, 0.6, 0.3, 1.0]  # the first is the page's own colour
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -66,10 +65,8 @@ class Box:
         self._half_m = 0.5 * server.object_size_m
         self._mass, self._weight_n = server.object_mass, server.object_mass * own.gravity
         if own.pad_m > self._half_m:
-            raise ParameterError(
-                f"server.body.pad_m = {own.pad_m}: wider than the face of the box, "
-                f"server.object_size_m = {server.object_size_m}; make it {self._half_m} or less"
-            )
+            wrong = f"server.body.pad_m = {own.pad_m}: wider than server.object_size_m"
+            raise ParameterError(f"{wrong} = {server.object_size_m}; {self._half_m} at most")
         inertia = self._mass * server.object_size_m**2 / 6.0
         self._masses = np.array([self._mass] * 3 + [inertia] * 3)
         angle = np.arange(POINTS) * (2.0 * np.pi / POINTS)
@@ -82,10 +79,9 @@ class Box:
         self._corners = self._half_m * CORNERS
         table = np.zeros((8, 3))
         table[:, 2] = 1.0
-        share, table_n_m = 1.0 / POINTS, self._weight_n / (4.0 * SINKS * self._half_m)
-        table_n_m = max(TABLE_N_M, table_n_m)
-        k = [contact.contact_stiffness * share for contact in setup.contacts]
-        damping = [contact.contact_damping * share for contact in setup.contacts]
+        table_n_m = max(TABLE_N_M, self._weight_n / (4.0 * SINKS * self._half_m))
+        k = [contact.contact_stiffness / POINTS for contact in setup.contacts]
+        damping = [contact.contact_damping / POINTS for contact in setup.contacts]
         self._pads = np.repeat(np.arange(users), POINTS)
         self._points = Points(
             normal=np.concatenate([outward[self._pads], table]),
@@ -130,9 +126,8 @@ class Box:
              "rgba": WOOD if name == "box" else GREY, "user": max(user, -1)}
             for user, (name, size) in enumerate(zip(names, sizes, strict=True), -2)
         ]  # fmt: skip
-        table = [0.0, 0.0, self._table_z - THIN_M, *NOT_TURNED]
-        origin = [0.0] * 3
-        return {"format": FORMAT, "shapes": shapes, "fixed": {"table": table}, "origin": origin}
+        fixed = {"table": [0.0, 0.0, self._table_z - THIN_M, *NOT_TURNED]}
+        return {"format": FORMAT, "shapes": shapes, "fixed": fixed, "origin": [0.0] * 3}
 
     def join(self, user: int, position: Array) -> None:
         """Put a handle where the avatar is, ``(dof,)`` [m]."""

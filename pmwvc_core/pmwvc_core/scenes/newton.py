@@ -9,8 +9,7 @@
 A part of Newton's step is taken that comes nearer, or the whole one where none does: friction,
 bounded by mu F, has slopes of no potential. Where that does not settle (1 in 2000 steps with mu
 above 1), friction is bounded by what presses in the last round. The forces then have a potential,
-and a step is taken that does not go far beyond its least value along the way. A round that comes
-no nearer, where next to nothing is missing, is rounding, which stiff contacts have the most of.
+and a step is taken that does not go far beyond its least value. What no round mends is rounding.
 """
 
 from collections.abc import Callable
