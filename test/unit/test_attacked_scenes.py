@@ -105,3 +105,10 @@ def test_nothing_known_of_a_rendering_is_said_in_a_word():
 def test_an_address_that_is_none_is_refused_by_its_name(service):
     with pytest.raises(DeviceError, match=f"haply.service = '{service}': "):
         HaplyDevice(vendor_setup("haply", 1), HaplyParams(service=service))
+
+
+@pytest.mark.parametrize("wrong", ["server.object_damping=5", "server.contact=bilateral"])
+def test_what_a_box_has_not_is_refused(wrong):
+    scenario = scenarios.load("lift_body", settings_texts=[wrong])
+    with pytest.raises(ParameterError, match="set server.object_damping = 0 and server.contact"):
+        simulate([scenario])

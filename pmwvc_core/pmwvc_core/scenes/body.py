@@ -61,6 +61,9 @@ class Box:
         if setup.dof not in (3, 6):
             raise ParameterError(f"dof = {setup.dof}: environment 'body' has 3 or 6 axes")
         server, own, users = setup.server, setup.server.body, setup.users
+        if server.object_damping or not all(contact.grips for contact in setup.contacts):
+            needed = "server.object_damping = 0 and server.contact = grip"
+            raise ParameterError(f"environment 'body' slides and is pushed only: set {needed}")
         self._dof, self._lever_m = setup.dof, server.lever_m
         self._half_m = 0.5 * server.object_size_m
         self._mass, self._weight_n = server.object_mass, server.object_mass * own.gravity
@@ -135,14 +138,11 @@ class Box:
         self._poses.at[1 + user] = position[:3]
         turn = position[3:] / self._lever_m if self._dof > 3 else np.zeros(3)
         self._poses.turned[1 + user] = Rotation.from_rotvec(turn).as_matrix()
-        self._points.can_touch[self._of(user)] = False
+        self._points.can_touch[POINTS * user : POINTS * (user + 1)] = False
 
     def leave(self, user: int) -> None:
         """Take a handle away; what its contact held is lost."""
         self._there[user] = False
-
-    def _of(self, user: int) -> slice:
-        return slice(POINTS * user, POINTS * (user + 1))
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
         """Go on by ``dt`` [s] with ``f = drive - impedance v`` at every handle; return the mean
