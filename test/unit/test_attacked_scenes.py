@@ -110,5 +110,5 @@ def test_an_address_that_is_none_is_refused_by_its_name(service):
 @pytest.mark.parametrize("wrong", ["server.object_damping=5", "server.contact=bilateral"])
 def test_what_a_box_has_not_is_refused(wrong):
     scenario = scenarios.load("lift_body", settings_texts=[wrong])
-    with pytest.raises(ParameterError, match="set server.object_damping = 0 and server.contact"):
+    with pytest.raises(ParameterError, match=r"set server\.object_damping = 0"):
         simulate([scenario])
