@@ -194,12 +194,12 @@ def assert_named(session, nodes):
 
 
 def test_a_node_that_never_came_up_is_reported_with_its_last_output(tmp_path):
-    words = ["--set", "user2.server.gap_m=1.0"]  # only the device knows that it cannot reach there
+    words = ["--set", "user2.device.plugin=touch"]  # whose library is not here
     with Running(tmp_path / "session", "carry_16ms", *words) as session:
         assert session.end() == 1
         text = session.output()
         assert "user2 master exited with 2" in text
-        assert "outside its workspace" in text.partition("user2 master exited")[2]
+        assert "install the OpenHaptics SDK" in text.partition("user2 master exited")[2]
         assert session.nodes() == {}
 
 
