@@ -262,7 +262,7 @@ def without_steps(server: ServerTraces, steps: slice) -> ServerTraces:
     kept = np.ones(len(server.time_s), dtype=bool)
     kept[steps] = False
     for name, values in vars(server).items():
-        if isinstance(values, np.ndarray):
+        if isinstance(values, np.ndarray) and len(values):
             setattr(server, name, values[kept])
         elif isinstance(values, list) and name != "users":
             setattr(server, name, [each[kept] for each in values])

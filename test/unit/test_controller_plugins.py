@@ -47,9 +47,10 @@ def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc,
     assert pmwvc("report", out).returncode == 0
     assert "Four channels" in (out / "report.html").read_text("utf-8")
     changed = ("--set", "four_channel.forward=0.1", "--out", tmp_path / "again")
-    again = pmwvc("replay", out, *changed, "--no-figures", "--json")
+    again = pmwvc("replay", out, *changed, "--no-figures")
     assert again.returncode == 0, again.stderr
-    assert json.loads(again.stdout)["parameters"]["four_channel.forward"] == 0.1
+    summary = json.loads((tmp_path / "again" / "summary.json").read_text("utf-8"))
+    assert summary["parameters"]["four_channel.forward"] == 0.1
 
 
 def test_its_parameters_are_compared_and_its_extra_signals_are_felt(pmwvc, tmp_path):

@@ -50,7 +50,7 @@ def test_lines_of_motion_are_in_millimetres_and_an_absent_avatar_is_not_drawn(li
 def test_every_axis_has_a_row_and_more_than_two_users_have_rows_of_their_own(users, dof):
     traces = handmade.session(users=users, dof=dof, duration_s=1.6)
     panels = positions(traces, None).panels
-    axes = ["x [mm]", "y [mm]", "z [mm]", "axis 4 [mm]", "axis 5 [mm]", "axis 6 [mm]"]
+    axes = ["x [mm]", "y [mm]", "z [mm]", "about x [mm]", "about y [mm]", "about z [mm]"]
     owners = [f"user{n}" for n in range(1, 7)] if users > 2 else [""]
     names = ["position [mm]"] if dof == 1 else axes[:dof]
     assert [(p.title, p.y_label) for p in panels] == [(o, n) for o in owners for n in names]
