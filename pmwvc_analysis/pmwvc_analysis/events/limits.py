@@ -97,7 +97,7 @@ def events(found: dict[str, Withheld]) -> Iterator[Event]:
 
 def words(entry: dict[str, Any]) -> str:
     """Return an entry of the summary in words."""
-    amount = f"{quantity(entry['energy_j'], 'J')}, {entry['position_m'] * 1e3:.3g} mm"
+    amount = f"{quantity(entry['energy_j'], 'J')}, {quantity(entry['position_m'], 'm')}"
     return f"environment limited: {amount}"
 
 
