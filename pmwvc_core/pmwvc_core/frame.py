@@ -9,10 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from pmwvc_core.law.user_tick import STALE_NS as STALE_NS
 from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.numeric import Flag, Value
-
-STALE_NS = 20_000_000  # one older than this is none: the device is silent
 
 # Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].
 Row = tuple[Value, Value, Value, Value, Value, Value, Value, Value]

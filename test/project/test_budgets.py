@@ -43,7 +43,7 @@ ROOMS = {
     "scenes": Room(991, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_890,
+        4_889,
         4_700,
         (
             *inside(
@@ -77,7 +77,7 @@ ROOMS = {
     ),
     "command line": Room(3_197, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        1_298,
+        1_292,
         1_250,
         inside(
             "pmwvc_master",

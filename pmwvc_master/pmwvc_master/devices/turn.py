@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The turn of a handle as axes 4 to 6.
 
-Its way is l times the sum of the turns between samples, each as a vector in world axes, from unit
-quaternions (x, y, z, w)::
-
-    q = q1 q0*, of the two signs that with w >= 0:   2 atan2(|v|, w) v/|v|
+Its way is l times the sum of the turns between samples, each as a vector in world axes.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pmwvc_core.params.fields import Validated, fixed
 
@@ -30,19 +27,16 @@ class Turn:
     """The way of a handle that turns [m]."""
 
     def __init__(self, lever_m: float) -> None:
-        self.way, self.lever_m, self._q = np.zeros(3), lever_m, np.zeros(0)
+        self.way, self.lever_m = np.zeros(3), lever_m
+        self._turned: Rotation | None = None
 
     def add(self, quaternion: Sequence[float]) -> bool:
-        """Take an orientation; tell whether it was one."""
+        """Take an orientation, a unit quaternion x y z w; tell whether it was one."""
         q = np.array(quaternion)
         if not abs(float(q @ q) - 1.0) < UNIT:
             return False
-        before = self._q if len(self._q) else q
-        v, w, v0, w0 = q[:3], q[3], before[:3], before[3]
-        by, cosine = w0 * v - w * v0 - np.cross(v, v0), w * w0 + v @ v0
-        size = float(np.linalg.norm(by))
-        if size > 0.0:
-            angle = 2.0 * math.atan2(size, abs(cosine))
-            self.way = self.way + self.lever_m * angle / math.copysign(size, cosine) * by
-        self._q = q
+        turned = Rotation.from_quat(q)
+        if self._turned is not None:
+            self.way = self.way + self.lever_m * (turned * self._turned.inv()).as_rotvec()
+        self._turned = turned
         return True
