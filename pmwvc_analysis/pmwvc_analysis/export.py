@@ -79,6 +79,9 @@ def _of_user(user: UserTraces) -> Iterator[Table]:
     ):
         columns |= {f"{kind}_{name}": values for name, values in sums.items()}
         meanings |= {f"{kind}_{name}": Field("J", meaning) for name in sums}
+    if user.orientation.size:
+        columns["orientation"] = user.orientation
+        meanings["orientation"] = Field("", "of the device, unit quaternion x y z w")
     yield Table(plain(f"{user.name}_blocks"), columns, meanings)
 
 
@@ -106,7 +109,8 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
 def _table(name: str, traces: object) -> Table:
     meanings = declared(type(traces))
     values = {column: np.asarray(getattr(traces, column)) for column in meanings}
-    return Table(plain(name), values, meanings)
+    there = {column: each for column, each in values.items() if each.shape[1:] != (0,)}
+    return Table(plain(name), there, meanings)
 
 
 def plain(name: str) -> str:

@@ -36,7 +36,8 @@ from pmwvc_master.loop import MasterLoop
 from pmwvc_master.settings import declare_settings
 
 FAREWELL_PERIODS = 3
-OF_BLOCK = ("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy", "accounts")
+OF_BLOCK = (*("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy"),
+            *("accounts", "orientation"))  # fmt: skip
 LATE_SAMPLES = f"ticks without a device sample of the last {LATE_NS / 1e6:g} ms"
 STATES = ("starting", "coupled", "damping", "fault")
 

@@ -18,7 +18,7 @@ def test_a_handle_that_turns_meets_a_torque_and_its_way_is_the_lever_times_its_t
     with ros() as peer:
         poses = peer.node.create_publisher(PoseStamped, "/user1/device/measured_cp", WAVE_QOS)
         wrenches = peer.collect(WrenchStamped, "/user1/device/servo_cf")
-        parameters = {"device__plugin": "ros_topic", "ros_topic__lever_m": LEVER_M, "dof": 6}
+        parameters = {"device__plugin": "ros_topic", "server__lever_m": LEVER_M, "dof": 6}
         with master(peer, **parameters) as (process, blocks, waves):
             server, turns = Server(peer), 0
             peer.until(lambda: poses.get_subscription_count())

@@ -41,6 +41,7 @@ from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.plugins import Faults
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box import Outside, directly
+from pmwvc_core.server.turned import Turned
 from support.session_given import session_given
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")
@@ -217,9 +218,9 @@ class Users:
         self.faults = Faults("server.environment", server.environment)
         if environment is not None:
             there = (False,) * len(users)
-            outside = Outside(
-                environment, deque(), call, self.faults, there, np.zeros((len(users), axes))
-            )
+            places = np.zeros((len(users), axes))
+            turned = Turned(places.shape, server)
+            outside = Outside(environment, deque(), call, self.faults, there, places, turned)
             self.s = self.s._replace(body=self.s.body._replace(environment=outside))
         elif isinstance(getattr(self.s.body, "environment", None), Outside):
             self.faults = self.s.body.environment.faults

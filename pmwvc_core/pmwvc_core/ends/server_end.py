@@ -26,6 +26,8 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.black_box import Call, Outside, directly, shown_by
+from pmwvc_core.server.turned import Turned
+from pmwvc_core.transport.orientation import AXES
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -74,8 +76,9 @@ class ServerEnd(PortEnd):
         self.p = self._made(self.params.period_s)
         self.s = resting_server(self._users, session, self.p, call)
         asked = getattr(self.s.environment.body, "environment", None)
+        self._turned = Turned((count, dof), self.params)
         if isinstance(asked, Outside):
-            self.faults = asked.faults
+            self.faults, self._turned = asked.faults, asked.turned
         inboxes = []
         for user in self._users:
             times_s = {"period_s": user.master.frame_s, "timeout_s": session.times.timeout_s}
@@ -163,6 +166,9 @@ class ServerEnd(PortEnd):
             return nothing, None
         self._idle = False
         self.steps += 1
+        for user, inbox in enumerate(self.inboxes):
+            if inbox.newest is not None and inbox.orientation:
+                self._turned.devices[user] = inbox.newest.position, inbox.orientation
         unsettled = self.s.environment.unsettled
         self.s, answers = self._step(self.s, now_ns, taken, missed_s, self.p)
         if self.s.environment.unsettled > unsettled:
@@ -191,7 +197,8 @@ class ServerEnd(PortEnd):
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE
-        return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
+        turned = self._turned.handles[user] if self._session.dof == AXES else ()
+        return message(packet, self._epochs[user], flags, inbox.echo(now_ns), tuple(turned))
 
     def _expect(self) -> None:
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):

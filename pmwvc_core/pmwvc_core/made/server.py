@@ -38,6 +38,7 @@ from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outsid
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
 from pmwvc_core.server.environments import environment_of
+from pmwvc_core.server.turned import Turned
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
 
@@ -181,7 +182,9 @@ def _resting_box(
     else:
         faults, absent = Faults("server.environment", name), (False,) * len(users)
         environment = made_outside(users, session)
-        state = Outside(environment, deque(), call, faults, absent, np.zeros((len(users), axes)))
+        places = np.zeros((len(users), axes))
+        turned = Turned(places.shape, server)
+        state = Outside(environment, deque(), call, faults, absent, places, turned)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     seen = tuple(
         Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least

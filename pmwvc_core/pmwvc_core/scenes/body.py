@@ -119,6 +119,11 @@ class Box:
         return {name: [*at.tolist(), *quaternion(turned)] for name, at, turned in rows}
 
     @property
+    def turned(self) -> Array:
+        """How the pads are turned, quaternions ``x y z w``."""
+        return np.asarray(Rotation.from_matrix(self._poses.turned[1:]).as_quat())
+
+    @property
     def description(self) -> dict[str, Any]:
         """Shapes of table, box and pads, as those of :mod:`.description`."""
         pads = np.abs(self._ring).max(axis=1) + THIN_M

@@ -127,7 +127,7 @@ def _packets(seen: Sequence[tuple[WavePacket, int]], dof: int) -> PacketTraces:
         columns((getattr(each, name) for each in packets), dof)
         for name in ("wave", "integral", "position")
     )
-    sums = wave, integral, energy, position
+    sums = wave, integral, energy, position, np.array([each.orientation for each in packets])
     return PacketTraces("", times_s, epoch.astype(np.uint64), seq, sent_ns, period_s, *sums)
 
 

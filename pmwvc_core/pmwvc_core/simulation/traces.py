@@ -83,6 +83,7 @@ class UserNotes:
             reason=[report.reason for report in reports],
             accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
             changes=np.array(changes, dtype=np.int64), looked_ns=late_ns, safety_events=events,
+            orientation=np.array([report.orientation for report in reports]),
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
         )  # fmt: skip
 

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Handles and their devices turn by the same waves, but not to the same orientation: the turns
+between two samples of a moving axis do not add up. What they drifted apart is repaid.
+
+Since a user joined, its device turned by M and its handle by S, along the ways m and s of axes 4
+to 6 (l times the sum of the turns). Waves in flight part both alike, so that the drift
+
+    e = l log(M S^-1) - (m - s)
+
+is what nothing in flight explains. As a port that guesses forces does, this one moves the handle
+faster by ``REPAID`` e/h, of which the waves do not know; the ledger pays for it.
+Equations: docs/theory.md 5.12, 5.19.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import ServerParams
+from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation
+
+REPAID = 0.3  # of the drift in a step, as of what waves and avatar are apart (5.12)
+LARGEST_RAD_S = 0.5  # a device whose orientation jumps turns nobody's hand
+
+
+class Turned:
+    """Orientations of handles, and of their devices by the newest packets, for ``(users, dof)``;
+    only a ledger repays what they drifted apart.
+    """
+
+    def __init__(self, shape: tuple[int, int], server: ServerParams) -> None:
+        self.handles = np.tile(IDENTITY, (shape[0], 1))
+        self.devices: list[tuple[Value, Orientation] | None] = [None] * shape[0]  # and x [m]
+        self._since: dict[int, tuple[Array, Rotation]] = {}
+        self._shape, self._lever_m, self._known = shape, server.lever_m, False
+        self._repays = server.compensation == "ledger"
+
+    def look(self, environment: object) -> None:
+        """Note how handles are turned, where an environment says it."""
+        if self._shape[1] == AXES and hasattr(environment, "turned"):
+            self.handles, self._known = np.asarray(environment.turned), True
+
+    def begin(self, user: int, environment: object) -> None:
+        """Take device and handle as they are from now on."""
+        self._since.pop(user, None)
+        self.look(environment)
+
+    def apart(self, user: int, x_s: Array) -> Array:
+        """Return e [m] of a user whose avatar is at ``(6,)`` [m]."""
+        x, q = self.devices[user] or (x_s, IDENTITY)
+        device, handle = Rotation.from_quat(q), Rotation.from_quat(self.handles[user])
+        before, turn = self._since.setdefault(user, (x - x_s, device.inv() * handle))
+        way = self._lever_m * (device * turn * handle.inv()).as_rotvec()
+        return np.asarray(way - (x - x_s - before)[3:])
+
+    def repaying(self, places: Array, there: Sequence[bool], h: float) -> Array:
+        """Return the velocities that bring handles back, ``(users, dof)`` [m/s]."""
+        wish, most = np.zeros(self._shape), LARGEST_RAD_S * self._lever_m
+        for user in np.flatnonzero(there).tolist() if self._repays and self._known else ():
+            e = REPAID / h * self.apart(user, places[user])
+            wish[user, 3:] = e * min(1.0, most / max(float(np.linalg.norm(e)), most))
+        return wish
