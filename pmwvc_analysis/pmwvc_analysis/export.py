@@ -118,13 +118,6 @@ def plain(name: str) -> str:
     return re.sub(r"\W", "_", name)
 
 
-def by_axis(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """Return the axes of a column by name: ``x_m`` of one axis, else ``x_m_1``, ``x_m_2``, ..."""
-    if values.ndim == 1 or values.shape[1] == 1:
-        return {name: values.reshape(-1)}
-    return {f"{name}_{number}": axis for number, axis in enumerate(values.T, start=1)}
-
-
 About = dict[str, str | float]
 Writer = Callable[[Path, Sequence[Table], About], None]
 
@@ -155,7 +148,10 @@ def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:
     for table in found:
         columns: dict[str, NDArray[Any]] = {}
         for name, values in table.columns.items():
-            axes = by_axis(name, values)
+            named = enumerate(values.T, start=1) if values.ndim > 1 else ()
+            axes = {f"{name}_{number}": axis for number, axis in named}
+            if len(axes) == 1 or values.ndim == 1:
+                axes = {name: values.reshape(-1)}
             columns |= axes
             meanings += [(table.name, axis, *table.meanings[name]) for axis in axes]
         write_table(folder / f"{table.name}.csv", columns)

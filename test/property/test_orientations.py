@@ -83,7 +83,7 @@ class Air:
 
 
 def circled(duration_s, compensation, *, hz=2.0, rad=0.3, frames=4):
-    """Turn a device about an axis that circles, then rest; yield server, device and drift [deg]."""
+    """Turn a device about an axis that circles, then rest; return what is left of it [deg]."""
     server = ServerParams(coupling="unknown", environment="body", compensation=compensation)
     ports = Users(server, [ContactParams()], axes=6, environment=Air())
     outside, x = ports.s.body.environment, np.zeros(6)
@@ -124,7 +124,7 @@ def deceived(seed, compensation):
     server = ServerParams(coupling="unknown", environment="body", compensation=compensation)
     ports = Users(server, [ContactParams()], axes=6, environment=Air())
     rng, turned = np.random.default_rng(seed), ports.s.body.environment.turned
-    turned._repays = True
+    turned.repays = True
     ports.join(0, np.zeros(6))
     for _ in range(200):
         q = Rotation.from_rotvec(rng.normal(0.0, 0.5, 3)).as_quat()

@@ -12,6 +12,7 @@ import numpy as np
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.ends.inbox import known, value, vector
+from pmwvc_core.ends.server_end import JUMPED
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (
@@ -257,7 +258,8 @@ class Users:
             for port, wave, received_j in zip(self.s.ports, waves, self.received_j, strict=True)
         )
         self.s = environment_step(self.p, self.s, came)
-        self.faults.note_jumps(self.s.body)
+        of_users = getattr(self.s.body, "users", ())
+        self.faults.note_users((each.there and each.jumped for each in of_users), JUMPED)
         return self.v_s
 
     def _came(self, port, wave, received_j):

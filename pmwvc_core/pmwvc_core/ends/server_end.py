@@ -33,6 +33,7 @@ from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
 
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
+JUMPED = "a force that jumped while hardly anything moved"
 LEAST_M = 1e-3  # avatars less far from their device are not reported
 
 
@@ -92,7 +93,7 @@ class ServerEnd(PortEnd):
     def _made(self, period_s: float) -> Any:
         """Return the parameters for steps of that length [s]."""
         server = dataclasses.replace(self.params, period_s=period_s)
-        return server_params(self._users, self._session, server, self.faults)
+        return server_params(self._users, self._session, server)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on; users leave, and join anew afterwards."""
@@ -174,7 +175,8 @@ class ServerEnd(PortEnd):
         if self.s.environment.unsettled > unsettled:
             # Not solved to rounding: the best solution was used.
             self.faults.note(BadAnswer("did not settle"))
-        self.faults.note_jumps(self.s.environment.body)
+        of_users = getattr(self.s.environment.body, "users", ())
+        self.faults.note_users((each.there and each.jumped for each in of_users), JUMPED)
         self._expect()
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
         return sent, self._row()

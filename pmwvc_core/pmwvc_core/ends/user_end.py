@@ -147,8 +147,8 @@ class UserEnd(PortEnd):
             return None
         limited = self.s.limits.events != before and not leaves
         self._turn(packet.position)
-        flags = self.inbox.flags | limited * FLAG_LIMITED
-        return message(packet, self._epoch, flags, echo, self.orientation)
+        about = self.inbox.flags | limited * FLAG_LIMITED, echo, self.orientation
+        return message(packet, self._epoch, *about)
 
     @property
     def x(self) -> Value:
@@ -170,9 +170,8 @@ class UserEnd(PortEnd):
         s = self.s
         energies = port_energies(s.port, s.arrivals, self.p.port)
         accounts = dict(zip(self._accounts, energies[4:], strict=False))
-        u_m, u_tx, v_rx, v_m = energies[:4]
-        of_port = u_m, u_tx, v_rx, v_m, accounts
-        return FrameReport(self.state, self.reason, *of_port, self.orientation)
+        about = self.state, self.reason, *energies[:4], accounts, self.orientation
+        return FrameReport._make(about)
 
 
 # Time that a loop misses passes with the last force held, then the device stands still.

@@ -106,11 +106,7 @@ class _Unserved(CallbackGroup):
     def can_execute(self, entity: Any) -> bool:
         return False
 
-    def beginning_execution(self, entity: Any) -> bool:
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        pass
+    beginning_execution = ending_execution = can_execute
 
 
 class Polled:

@@ -116,10 +116,9 @@ def _visited(
             s.pending.append(partial(s.environment.leave, user))
         if begins[user]:
             s.pending.append(partial(s.places.__setitem__, user, positions[user]))
-        if begins[user] and hasattr(s.environment, "join"):
-            s.pending.append(partial(s.environment.join, user, np.array(positions[user])))
-        if begins[user]:
-            s.pending.append(partial(s.turned.begin, user, s.environment))
+            if hasattr(s.environment, "join"):
+                s.pending.append(partial(s.environment.join, user, np.array(positions[user])))
+            s.pending.append(partial(s.turned.since.pop, user, None))
     return s._replace(there=there)
 
 
@@ -137,6 +136,7 @@ def _answer(
     if hasattr(environment, "meet"):
         drive = np.array([rooted(a.impedance, a.u) for a in avatars])
         impedance = np.array([a.impedance.b for a in avatars])
+        s.turned.look(environment)
         more = s.turned.repaying(s.places, s.there, h)
         drive += impedance[:, np.newaxis] * more
         velocity = signal(environment.meet(drive, impedance, h), start.shape, "meet")

@@ -32,34 +32,28 @@ class Turned:
     """
 
     def __init__(self, shape: tuple[int, int], server: ServerParams) -> None:
-        self.handles = np.tile(IDENTITY, (shape[0], 1))
+        self.handles = [list(IDENTITY)] * shape[0]
         self.devices: list[tuple[Value, Orientation] | None] = [None] * shape[0]  # and x [m]
-        self._since: dict[int, tuple[Array, Rotation]] = {}
+        self.since: dict[int, tuple[Array, Rotation]] = {}  # users joined
         self._shape, self._lever_m, self._known = shape, server.lever_m, False
-        self._repays = server.compensation == "ledger"
+        self.repays = server.compensation == "ledger"
 
     def look(self, environment: object) -> None:
         """Note how handles are turned, where an environment says it."""
         if self._shape[1] == AXES and hasattr(environment, "turned"):
-            self.handles, self._known = np.asarray(environment.turned), True
-
-    def begin(self, user: int, environment: object) -> None:
-        """Take device and handle as they are from now on."""
-        self._since.pop(user, None)
-        self.look(environment)
-
-    def apart(self, user: int, x_s: Array) -> Array:
-        """Return e [m] of a user whose avatar is at ``(6,)`` [m]."""
-        x, q = self.devices[user] or (x_s, IDENTITY)
-        device, handle = Rotation.from_quat(q), Rotation.from_quat(self.handles[user])
-        before, turn = self._since.setdefault(user, (x - x_s, device.inv() * handle))
-        way = self._lever_m * (device * turn * handle.inv()).as_rotvec()
-        return np.asarray(way - (x - x_s - before)[3:])
+            self.handles, self._known = np.asarray(environment.turned).tolist(), True
 
     def repaying(self, places: Array, there: Sequence[bool], h: float) -> Array:
-        """Return the velocities that bring handles back, ``(users, dof)`` [m/s]."""
+        """Return the velocities that bring handles back, ``(users, dof)`` [m/s], for avatars at
+        ``places`` [m].
+        """
         wish, most = np.zeros(self._shape), LARGEST_RAD_S * self._lever_m
-        for user in np.flatnonzero(there).tolist() if self._repays and self._known else ():
-            e = REPAID / h * self.apart(user, places[user])
-            wish[user, 3:] = e * min(1.0, most / max(float(np.linalg.norm(e)), most))
+        for user, seen in enumerate(self.devices):
+            if seen and there[user] and self.repays and self._known:
+                lag, device = seen[0] - places[user], Rotation.from_quat(seen[1])
+                handle = Rotation.from_quat(self.handles[user])
+                before, turn = self.since.setdefault(user, (lag, device.inv() * handle))
+                apart = (device * turn * handle.inv()).as_rotvec()
+                e = REPAID / h * (self._lever_m * apart - (lag - before)[3:])
+                wish[user, 3:] = e * min(1.0, most / max(float(np.linalg.norm(e)), most))
         return wish

@@ -171,7 +171,8 @@ def _user(run: Run, number: int) -> UserTraces:
         energy=dict(zip(ENERGIES, blocks[:, [4, 5, 6, 7, 2, 3]].T.copy(), strict=True)),
         accounts={each.name: blocks[:, 8 + k].copy() for k, each in enumerate(own)},
         changes=np.zeros(len(ends), dtype=np.int64), looked_ns=np.zeros(ticks, dtype=np.int64),
-        safety_events=int(blocks[-1, 1]), **dict(zip(SIGNALS, signals, strict=True)),
+        safety_events=int(blocks[-1, 1]), orientation=np.zeros((len(ends), 0)),
+        **dict(zip(SIGNALS, signals, strict=True)),
     )  # fmt: skip
 
 
