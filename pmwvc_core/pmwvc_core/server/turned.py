@@ -4,11 +4,11 @@
 between two samples of a moving axis do not add up. What they drifted apart is repaid.
 
 Since a user joined, its device turned by M and its handle by S, along the ways m and s of axes 4
-to 6 (l times the sum of the turns). Waves in flight part both alike, so that the drift
+to 6 (l times the sum of the turns). Waves in flight part ways and orientations alike; the drift e
 
-    e = l log(M S^-1) - (m - s)
+    exp(e/l) = exp(-(m - s)/l) M S^-1
 
-is what nothing in flight explains. As a port that guesses forces does, this one moves the handle
+is what they do not explain. As a port that guesses forces does, this one moves the handle
 faster by ``REPAID`` e/h, of which the waves do not know; the ledger pays for it.
 Equations: docs/theory.md 5.12, 5.19.
 """
@@ -44,16 +44,15 @@ class Turned:
             self.handles, self._known = np.asarray(environment.turned).tolist(), True
 
     def repaying(self, places: Array, there: Sequence[bool], h: float) -> Array:
-        """Return the velocities that bring handles back, ``(users, dof)`` [m/s], for avatars at
-        ``places`` [m].
-        """
+        """Return the velocities ``(users, dof)`` that bring handles back [m/s]."""
         wish, most = np.zeros(self._shape), LARGEST_RAD_S * self._lever_m
         for user, seen in enumerate(self.devices):
             if seen and there[user] and self.repays and self._known:
                 lag, device = seen[0] - places[user], Rotation.from_quat(seen[1])
                 handle = Rotation.from_quat(self.handles[user])
                 before, turn = self.since.setdefault(user, (lag, device.inv() * handle))
-                apart = (device * turn * handle.inv()).as_rotvec()
-                e = REPAID / h * (self._lever_m * apart - (lag - before)[3:])
+                back = Rotation.from_rotvec((before - lag)[3:] / self._lever_m)
+                apart = (back * device * turn * handle.inv()).as_rotvec()
+                e = REPAID / h * self._lever_m * apart
                 wish[user, 3:] = e * min(1.0, most / max(float(np.linalg.norm(e)), most))
         return wish

@@ -59,7 +59,7 @@ class Receipt(enum.Enum):
     OTHER_SESSION = "of another session"
     FORGED = "forged"  # without the token of the user it claims to be from
     FLOOD = "beyond the rate of a sender"
-    MALFORMED = "malformed"  # not a packet, or fields of the wrong type
+    MALFORMED = "malformed"  # not a packet, fields of the wrong type, or no orientation
     NOT_FINITE = "not finite"
     WRONG_LENGTH = "wrong length"
     WRONG_PERIOD = "wrong period"
