@@ -51,9 +51,11 @@ FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 class ForceLimits:
     """The limits of a loop without a brake."""
 
-    def __init__(self, *, tick_s=0.001, packet_s=0.008, axes=1, **params):
+    def __init__(
+        self, *, tick_s=0.001, packet_s=0.008, axes=1, groups=None, reach=LARGEST, **params
+    ):
         self.axes, self.params = axes, SafetyParams(**params)
-        self._times = tick_s, packet_s, LARGEST, 0.0
+        self._times = tick_s, packet_s, reach, 0.0, groups or (((1.0,) * axes, 1.0),)
         self.p = limits_params(self.params, *self._times)
         nothing = (0.0,) * axes
         self.s = Limits(nothing, nothing, loose_brake(nothing), self.p.timeout_s)

@@ -13,8 +13,6 @@ faster by ``REPAID`` e/h, of which the waves do not know; the ledger pays for it
 Equations: docs/theory.md 5.12, 5.19.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -43,7 +41,7 @@ class Turned:
         if self._shape[1] == AXES and hasattr(environment, "turned"):
             self.handles, self._known = np.asarray(environment.turned).tolist(), True
 
-    def repaying(self, places: Array, there: Sequence[bool], h: float) -> Array:
+    def repaying(self, places: Array, there: tuple[bool, ...], h: float) -> Array:
         """Return the velocities ``(users, dof)`` that bring handles back [m/s]."""
         wish, most = np.zeros(self._shape), LARGEST_RAD_S * self._lever_m
         for user, seen in enumerate(self.devices):
