@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_960, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_389,
+        3_388,
         2_500,
         inside(
             "pmwvc_core",
@@ -43,7 +43,7 @@ ROOMS = {
     "scenes": Room(986, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_294, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_889,
+        4_887,
         4_700,
         (
             *inside(

@@ -47,7 +47,7 @@ def test_a_handle_that_turns_far_does_not_leave_the_workspace(groups, stays):
     f = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     limits(f, ticks=12)
     applied = limits(f, x=np.array([0.0] * 5 + [0.3]), xd=zero((0.0,) * 6)[0], ticks=30)
-    assert (applied[0] == 1.0) is stays
+    assert bool(applied[0] == 1.0) == stays
 
 
 @pytest.mark.parametrize(("max_torque", "share"), [(0.0, 1.0), (0.1, 0.25)])

@@ -117,7 +117,7 @@ def test_device_and_handle_do_not_drift_apart_by_turns_that_circle():
 
 
 def test_without_repayment_they_drift_apart():
-    assert circled(10.0, "corrected") > 3.0
+    assert circled(10.0, "none") > 3.0
 
 
 def deceived(seed, compensation):

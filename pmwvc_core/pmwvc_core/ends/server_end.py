@@ -27,7 +27,6 @@ from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.black_box import Call, Outside, directly, shown_by
 from pmwvc_core.server.turned import Turned
-from pmwvc_core.transport.orientation import AXES
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
@@ -190,8 +189,7 @@ class ServerEnd(PortEnd):
             if not (guest.presence == ABSENT and inbox.challenges(now_ns)):
                 return None
             # A packet of nothing, which an answer has to echo.
-            rest = zero(port.x_s)
-            q = p.guests[user]
+            rest, q = zero(port.x_s), p.guests[user]
             sent = Sent(rest, rest, sum_j(port, q.arrivals.plays_on), port.extra, 0)
             _, waits = news(guest.arrivals, q.arrivals)
             about = now_ns, (False, waits), guest.anew, False, 0, 1
@@ -199,8 +197,8 @@ class ServerEnd(PortEnd):
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE
-        turned = self._turned.handles[user] if self._session.dof == AXES else ()
-        return message(packet, self._epochs[user], flags, inbox.echo(now_ns), tuple(turned))
+        turned = tuple(self._turned.handles[user])
+        return message(packet, self._epochs[user], flags, inbox.echo(now_ns), turned)
 
     def _expect(self) -> None:
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):

@@ -9,7 +9,7 @@ to 6 (l times the sum of the turns). Waves in flight part ways and orientations 
     exp(e/l) = exp(-(m - s)/l) M S^-1
 
 is what they do not explain. As a port that guesses forces does, this one moves the handle
-faster by ``REPAID`` e/h, of which the waves do not know; the ledger pays for it.
+faster by ``REPAID`` e/h, of which the waves do not know, where a compensation pays for it.
 Equations: docs/theory.md 5.12, 5.19.
 """
 
@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import ServerParams
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation
 
 REPAID = 0.3  # of the drift in a step, as of what waves and avatar are apart (5.12)
@@ -25,16 +26,14 @@ LARGEST_RAD_S = 0.5  # a device whose orientation jumps turns nobody's hand
 
 
 class Turned:
-    """Orientations of handles, and of their devices by the newest packets, for ``(users, dof)``;
-    only a ledger repays what they drifted apart.
-    """
+    """Orientations of handles, and of devices by their newest packets, of ``(users, dof)``."""
 
     def __init__(self, shape: tuple[int, int], server: ServerParams) -> None:
-        self.handles = [list(IDENTITY)] * shape[0]
+        self.handles = [list(IDENTITY if shape[1] == AXES else ())] * shape[0]
         self.devices: list[tuple[Value, Orientation] | None] = [None] * shape[0]  # and x [m]
         self.since: dict[int, tuple[Array, Rotation]] = {}  # users joined
         self._shape, self._lever_m, self._known = shape, server.lever_m, False
-        self.repays = server.compensation == "ledger"
+        self.repays = COMPENSATIONS.of(server.compensation).limits
 
     def look(self, environment: object) -> None:
         """Note how handles are turned, where an environment says it."""
