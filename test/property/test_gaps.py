@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Gaps of any length in a wave that varies slowly: no blow in them, at their end, or while what was
-lost is made up.
+"""Gaps of any length in a wave that varies slowly: no blow in them, at their end, or while what
+was lost is made up.
 """
 
 import numpy as np
