@@ -25,7 +25,7 @@ After an outage that made the ends brake, it stays undelivered. Repayment begins
 the last wait, rises within ``rises_s`` whatever energy comes at once, and fades as the clock slows
 down, to 0 at 2/3 of its rate. At every step, given + released <= received + E0 (``store_j``), and
 U(min(p, e)) + guessed = integral played + left + undelivered + mistaken. Equations: docs/theory.md
-17.1, 17.2, 17.3, 17.14, 17.25, 17.29.
+17.1, 17.2, 17.3, 17.25, 17.29.
 """
 
 import math
