@@ -30,7 +30,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "laws": Room(5_960, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_955, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
         3_388,
         2_500,
