@@ -54,7 +54,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_649, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_992,
+        3_948,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -73,7 +73,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_252, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_169, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_197, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
