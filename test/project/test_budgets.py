@@ -52,7 +52,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_649, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_632, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         3_948,
         3_500,
@@ -75,7 +75,7 @@ ROOMS = {
     "figures and reports": Room(
         2_169, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_197, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_181, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_292,
         1_250,

@@ -27,7 +27,7 @@ from pmwvc_bringup.session.events import Disturber, Notes, start_node
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
-from pmwvc_bringup.session.terminal import status_line, status_table
+from pmwvc_bringup.session.terminal import status_line
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
@@ -165,13 +165,12 @@ class NodeSession:
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
                     self.notes.recording(self.children.children["recorder"])
-                    users, shown = monitor.status(), self.notes.shown
                     times = {"elapsed_s": now - begin, "duration_s": length}
+                    line = status_line(monitor.status(), self.notes.shown, **times)
                     if self.console.is_terminal:
-                        live.update(status_table(users, shown, **times), refresh=True)
+                        live.update(line, refresh=True)
                     elif now >= line_at:
                         line_at += LINE_PERIOD_S
-                        line = status_line(users, shown, **times)
                         self.console.print(line, highlight=False, soft_wrap=True)
                 time.sleep(max(min(0.05, begin + length - now), 0.0))
         if self.interrupts.count:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The terminal of a session: the prediction before it, a few numbers per user while it runs, as a
-table or as a line, and the verdict after it.
+"""The terminal of a session: the prediction before it, a few numbers per user while it runs, and
+the verdict after it.
 """
 
 import argparse
@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing
@@ -39,28 +38,14 @@ class UserStatus:
 def status_line(
     users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
 ) -> str:
-    """Return everything about users, and about the nodes that ended, on one line, for logs."""
+    """Return everything about users, and about the nodes that ended, on one line."""
     parts = [f"{elapsed_s:6.1f} / {duration_s:g} s"]
     parts += [" ".join([user.name, *_cells(user)]) for user in users]
     return " | ".join(parts + ended)
 
 
-def status_table(
-    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
-) -> Table:
-    """Return the same as a table, for terminals."""
-    caption = "; ".join(ended) or "Ctrl-C ends the session and writes the report"
-    title = f"{elapsed_s:.1f} / {duration_s:g} s"
-    table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
-    for name in ("user", "ticks", "packets", "delay", "force", "state"):
-        table.add_column(name, justify="left" if name in ("user", "state") else "right")
-    for user in users:
-        table.add_row(user.name, *_cells(user))
-    return table
-
-
 def _cells(user: UserStatus) -> list[str]:
-    """Return the texts of one user, in the order of the table's columns."""
+    """Return the texts of one user: ticks, packets, delay, force, state."""
     state = "no data" if user.state is None else STATES[user.state]
     delays = "-"
     if user.up_s is not None and user.down_s is not None:
