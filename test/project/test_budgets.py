@@ -68,7 +68,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
     "recordings": Room(
-        3_270,
+        3_246,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
