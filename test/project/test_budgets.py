@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_962, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_393,
+        3_388,
         2_500,
         inside(
             "pmwvc_core",
@@ -54,7 +54,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_632, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_948,
+        3_939,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -73,9 +73,9 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_169, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_105, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_181, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_168, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_292,
         1_250,
@@ -94,7 +94,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_027, 3_000, ("pmwvc_view",)),
+    "page": Room(3_014, 3_000, ("pmwvc_view",)),
 }
 
 

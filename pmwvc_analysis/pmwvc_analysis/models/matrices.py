@@ -18,6 +18,7 @@ from pmwvc_analysis.models.linear import NonlinearError, axes_of, outside, requi
 from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
 from pmwvc_analysis.models.response import EndMatrix, Response, placed
 from pmwvc_analysis.models.variation import changed
+from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.params import ServerParams
@@ -36,6 +37,9 @@ def matrices(
     """
     scenario = runs[0]
     require_linear(scenario)
+    if outside(scenario) and scenario.strict:  # tried on the plain channel, in touch
+        touching = [(run, tuple(user.in_contact for user in run.users)) for run in runs]
+        matrices([changed(run, channel=PLAIN, users=users) for run, users in touching], live)
     ticks, dof = hyperperiod_ticks(scenario), axes_of(scenario)
     times = [link_times(user, scenario, live=live) for user in scenario.users]
     patterns = tuple(LinkTimes(up.pattern, down.pattern, taken) for up, down, taken in times)

@@ -8,7 +8,8 @@ what answers by less (energies) is none. All of them at once, weighted, with eit
 give the sum of what each gives by itself: at the amplitude of a motion, where each is tried at a
 tiny one. Whether code of other packages is linear only its author knows: a dead zone, a limit or a
 product of signals breaks superposition, and so does state kept elsewhere than in what is returned.
-What changes at larger signals only is not seen: the notes of every answer say so.
+What changes at larger signals only is not seen: the notes of every answer say so. A strict channel
+passes a wave only if its energy has come; it is tried at tiny amplitudes alone.
 """
 
 import math
@@ -75,17 +76,15 @@ class Response:
         does not hold.
         """
         states, end = list(states or self.states), self._end
-        weights = self._weights(states)
-        given = np.concatenate(
-            [ONE * np.eye(len(weights)), AMPLITUDE * np.array([weights, -weights])]
-        )
+        weights, sums = self._weights(states), ONE if end.scenario.strict else AMPLITUDE
+        given = np.concatenate([ONE * np.eye(len(weights)), sums * np.array([weights, -weights])])
         answers = self._answers(given, states).T
         names = [name for name, _ in self._places] + [f"{end.name} {s.name}" for s in self.sent]
         names += [f"{end.name}.{name}" for name in OUTPUTS for _ in range(self._forces)]
         n, of_all = len(self._places), list(self._places)
         rows = [*map(of_all.index, states), *range(n, len(names))]
         whole = answers[rows, :-2] / ONE
-        together, opposite = answers[rows, -2] / AMPLITUDE, answers[rows, -1] / AMPLITUDE
+        together, opposite = answers[rows, -2:].T / sums
         expected, sizes = whole @ weights, np.abs(whole) @ np.abs(weights)
         off = np.maximum(np.abs(expected - together), np.abs(expected + opposite))
         wrong = np.flatnonzero(off > SUPERPOSED * sizes.max(initial=0.0))

@@ -43,8 +43,8 @@ WITH_EPOCH = (*TRACES, schemas.WAVE, schemas.RECEPTION)
 
 
 class Decoded(NamedTuple):
-    """A decoded message, when it was recorded [ns], and its numbers: ``many`` of a publisher (epoch
-    or link), from ``first`` on.
+    """A decoded message, when it was recorded [ns], and its numbers: ``many`` of a publisher
+    (epoch or link), from ``first`` on.
     """
 
     log_ns: int

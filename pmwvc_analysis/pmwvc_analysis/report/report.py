@@ -21,7 +21,7 @@ from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report.loop import blocks, drawing
 from pmwvc_analysis.report.page import data_uri, filled
-from pmwvc_analysis.report.story import story
+from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_analysis.verdicts.passivity import budget_lines
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
@@ -58,7 +58,7 @@ def render(
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
         folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
-        story=story(traces, scenario, summary),
+        felt=[f"Felt by {each['name']}: {felt_words(each)}." for each in summary["users"]],
         budget_lines=budget_lines(energies, summary) if energies else [],
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
         predicted=predicted,

@@ -90,7 +90,7 @@ def finish(
     """
     from pmwvc_analysis.session_files import REPORT, SUMMARY
     from pmwvc_analysis.session_files import finish as finish_files
-    from pmwvc_view.replay_page import replay_page
+    from pmwvc_view.recorded import replay_page
 
     with doing("reading the recording") as work:
         summary = finish_files(
