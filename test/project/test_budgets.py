@@ -54,7 +54,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_632, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_939,
+        3_937,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -94,7 +94,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_014, 3_000, ("pmwvc_view",)),
+    "page": Room(2_965, 3_000, ("pmwvc_view",)),
 }
 
 
