@@ -140,9 +140,7 @@ class Response:
         states = [name for name in self._places if name[0].endswith(first)]
         while True:
             weights = self._weights(states)
-            large, small = np.abs(
-                self._answers(AMPLITUDE * np.array([weights, LESS * weights]), states)
-            )
+            large, small = np.abs(self._answers(ONE * np.array([weights, LESS * weights]), states))
             rows = zip(self._places, (small > large * LESS**1.5).tolist(), strict=False)
             found = {*states, *(name for name, answers in rows if answers)}
             if len(found) == len(states):

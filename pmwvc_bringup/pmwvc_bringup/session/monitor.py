@@ -22,7 +22,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from pmwvc_bringup.session.terminal import UserStatus
+from pmwvc_bringup.session.terminal import user_words
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
@@ -148,8 +148,8 @@ class Monitor:
             self._node.destroy_client(client)
         return {name: str(call.result().message) for name, call in calls.items() if call.done()}
 
-    def status(self) -> list[UserStatus]:
-        """Return the newest values of every user."""
+    def status(self) -> list[str]:
+        """Return the newest values of every user, in words."""
         for user, polled in self._masters.items():
             self._take(user, polled)
         self._take("server", self._server)
@@ -159,23 +159,20 @@ class Monitor:
         server = self._fresh("server")
         return [self._user(name, server) for name in self._users]
 
-    def _user(self, name: str, server: ServerTrace | None) -> UserStatus:
-        status = UserStatus(name)
-        ways = [self._fresh(f"link {name}/{way}") for way in ("up", "down")]
-        if (up := ways[0]) is not None:
-            stamp_ns = nanoseconds(up.stamp)
-            status.packet_hz = self._rate(up.link, stamp_ns, up.accepted, RATE_REPORTS)
-        delays = [way.delay_mean if way else math.nan for way in ways]
-        if all(map(math.isfinite, delays)):
-            status.up_s, status.down_s = delays
+    def _user(self, name: str, server: ServerTrace | None) -> str:
+        up, down = (self._fresh(f"link {name}/{way}") for way in ("up", "down"))
+        packets_hz = ticks_hz = force_n = state = None
+        if up is not None:
+            packets_hz = self._rate(up.link, nanoseconds(up.stamp), up.accepted, RATE_REPORTS)
+        delays = [way.delay_mean if way else math.nan for way in (up, down)]
         if (trace := self._fresh(name)) is not None:
-            ticks = trace.first_tick - trace.missed
-            status.tick_hz = self._rate(name, trace.start_ns, ticks, 2)
-            status.force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
-            status.state = trace.state
-        if server is not None and name in server.users:
-            status.contact = server.contact[list(server.users).index(name)]
-        return status
+            ticks_hz = self._rate(name, trace.start_ns, trace.first_tick - trace.missed, 2)
+            force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
+            state = trace.state
+        contacts = zip(server.users, server.contact, strict=True) if server is not None else ()
+        delays_s = delays if all(map(math.isfinite, delays)) else None
+        touches = dict(contacts).get(name, False)
+        return user_words(name, ticks_hz, packets_hz, delays_s, force_n, state, touches)
 
     def _rate(self, name: str, at_ns: int, number: int, kept: int) -> float | None:
         """Return how much a count grows in a second, over the newest times that are ``kept``."""

@@ -27,7 +27,6 @@ from pmwvc_bringup.session.events import Disturber, Notes, start_node
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
-from pmwvc_bringup.session.terminal import status_line
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
@@ -165,8 +164,8 @@ class NodeSession:
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
                     self.notes.recording(self.children.children["recorder"])
-                    times = {"elapsed_s": now - begin, "duration_s": length}
-                    line = status_line(monitor.status(), self.notes.shown, **times)
+                    parts = [f"{now - begin:6.1f} / {length:g} s", *monitor.status()]
+                    line = " | ".join(parts + self.notes.shown)
                     if self.console.is_terminal:
                         live.update(line, refresh=True)
                     elif now >= line_at:

@@ -6,7 +6,6 @@ the verdict after it.
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,42 +20,22 @@ from pmwvc_core.words import count
 STATES = ("starting", "coupled", "damping", "FAULT")
 
 
-@dataclass
-class UserStatus:
-    """The newest values of one user; None where none came within the last second."""
-
-    name: str
-    tick_hz: float | None = None
-    packet_hz: float | None = None
-    up_s: float | None = None  # as the server sees it; the division is a bound between two clocks
-    down_s: float | None = None  # as the master sees it
-    force_n: float | None = None
-    state: int | None = None
-    contact: bool | None = None
-
-
-def status_line(
-    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
-) -> str:
-    """Return everything about users, and about the nodes that ended, on one line."""
-    parts = [f"{elapsed_s:6.1f} / {duration_s:g} s"]
-    parts += [" ".join([user.name, *_cells(user)]) for user in users]
-    return " | ".join(parts + ended)
-
-
-def _cells(user: UserStatus) -> list[str]:
-    """Return the texts of one user: ticks, packets, delay, force, state."""
-    state = "no data" if user.state is None else STATES[user.state]
-    delays = "-"
-    if user.up_s is not None and user.down_s is not None:
-        delays = f"{1e3 * user.up_s:.1f}/{1e3 * user.down_s:.1f} ms"
-    return [
-        "-" if user.tick_hz is None else f"{user.tick_hz:.0f} Hz",
-        "-" if user.packet_hz is None else f"{user.packet_hz:.0f}/s",
-        delays,
-        "-" if user.force_n is None else f"{user.force_n:+.2f} N",
-        f"{state}, contact" if user.contact else state,
+def user_words(
+    name: str, ticks_hz: float | None, packets_hz: float | None,
+    delays_s: Sequence[float] | None, force_n: float | None, state: int | None, contact: bool,
+) -> str:  # fmt: skip
+    """Return the newest values of one user, None where none came within the last second; delays
+    are up, as the server sees it, and down: the division is a bound between two clocks.
+    """
+    word = "no data" if state is None else STATES[state]
+    cells = [
+        "-" if ticks_hz is None else f"{ticks_hz:.0f} Hz",
+        "-" if packets_hz is None else f"{packets_hz:.0f}/s",
+        "-" if delays_s is None else f"{'/'.join(f'{1e3 * each:.1f}' for each in delays_s)} ms",
+        "-" if force_n is None else f"{force_n:+.2f} N",
+        f"{word}, contact" if contact else word,
     ]
+    return " ".join([name, *cells])
 
 
 def prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:
