@@ -52,7 +52,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_632, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_619, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         3_937,
         3_500,
@@ -73,7 +73,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_105, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_087, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_143, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
