@@ -98,9 +98,7 @@ NICE = 10  # loops and pages come first
 
 
 def _behind() -> None:
-    """Step back behind loops and pages; a Ctrl-C reaches every process of a terminal, and this one
-    is ended by :meth:`Predictor.close`.
-    """
+    """Step back behind loops and pages, and leave a Ctrl-C to them."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     getattr(os, "nice", int)(NICE)  # not on every system
 

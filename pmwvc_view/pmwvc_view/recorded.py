@@ -166,8 +166,7 @@ def replay_page(
     traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any]
 ) -> str | None:
     """Return the page of a session with its ``summary``; None if nothing of its users is known."""
-    names = {user.name for user in scenario.users} & {user.name for user in traces.users}
-    if not names:
+    if not {user.name for user in scenario.users} & {user.name for user in traces.users}:
         return None
     period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
     session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)

@@ -73,8 +73,7 @@ class FeedUser:
     @property
     def channel_known(self) -> bool:
         """Whether the energy of both directions is known on its own."""
-        ways = self.energy and (self.energy.up, self.energy.down)
-        return self.known and bool(ways) and None not in (ways or ())
+        return self.known and self.energy is not None and self.energy.down is not None
 
     def begin_anew(self) -> None:
         """Note that a counter began anew."""
@@ -194,8 +193,7 @@ class Feed:
             self.users[energy.name].account(energy)
         for found in passivity(shown, self._scenario, None).findings:
             key, owner = (found.owner, found.part), self.users.get(found.owner)
-            judged = owner.known if owner else self.server_judged
-            if judged:
+            if owner.known if owner else self.server_judged:
                 self.worst[key] = min(self.worst.get(key, found), found, key=_margin_j)
 
     def _completed(self, row: Array, shown: SessionTraces) -> Snapshot:
