@@ -46,9 +46,13 @@ class Combination(NamedTuple):
 
 
 def combinations(
-    name: str, over: Sequence[str], *, settings_texts: Sequence[str] = (),
-    users: int | None = None, duration_s: float | None = None,
-) -> list[Combination]:  # fmt: skip
+    name: str,
+    over: Sequence[str],
+    *,
+    settings_texts: Sequence[str] = (),
+    users: int | None = None,
+    duration_s: float | None = None,
+) -> list[Combination]:
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest;
     the others are settings of all, as with ``pmwvc simulate``. ScenarioError with every mistake of
     the scenario, the values and their combinations, each once.

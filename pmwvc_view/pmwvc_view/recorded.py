@@ -40,9 +40,13 @@ class RecordedSession:
     """
 
     def __init__(
-        self, traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any], *,
+        self,
+        traces: SessionTraces,
+        scenario: Scenario,
+        summary: Mapping[str, Any],
+        *,
         snapshot_s: float,
-    ) -> None:  # fmt: skip
+    ) -> None:
         names = [user.name for user in scenario.users]
         traces = replace(traces, users=[user for user in traces.users if user.name in names])
         self._traces, self._scenario, self._summary = traces, scenario, summary
@@ -96,10 +100,16 @@ class RecordedSession:
             for user in self._traces.users
         ]
         about = description.describe(
-            self._scenario, self.layout, self._scene, mode="recorded",
-            duration_s=self._traces.duration_s, values=controls.values_of(self._scenario),
-            remote=(), can=CAN, snapshot_s=self._period_s,
-        )  # fmt: skip
+            self._scenario,
+            self.layout,
+            self._scene,
+            mode="recorded",
+            duration_s=self._traces.duration_s,
+            values=controls.values_of(self._scenario),
+            remote=(),
+            can=CAN,
+            snapshot_s=self._period_s,
+        )
         start_s = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
         return about | {"start_s": start_s}
 

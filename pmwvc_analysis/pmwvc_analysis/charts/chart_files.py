@@ -68,8 +68,14 @@ def _events(axes: "Axes", events: Sequence[tuple[float, str]]) -> None:
         axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
         if time_s - numbered_s > close:
             numbered_s = time_s
-            axes.annotate(number, (time_s, 1.0), xycoords=("data", "axes fraction"),
-                          color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
+            axes.annotate(
+                number,
+                (time_s, 1.0),
+                xycoords=("data", "axes fraction"),
+                color=LIGHT["soft"],
+                fontsize=8,
+                va="top",
+            )
 
 
 def _panel(axes: "Axes", panel: Panel) -> None:

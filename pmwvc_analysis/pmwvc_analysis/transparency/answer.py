@@ -27,9 +27,11 @@ RENDERED = (  # what is known of it is told
 
 
 def answer(
-    name: str, found: Transparency, measured: Admittance | None = None,
+    name: str,
+    found: Transparency,
+    measured: Admittance | None = None,
     model: Complex | None = None,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return the document of ``--json``; ``model`` is that at the frequencies measured."""
     compared = None
     if measured is not None:

@@ -99,9 +99,14 @@ class Monitor:
         ]
 
     def begin(
-        self, nodes: Sequence[str], topics: Sequence[str], groups: Sequence[Sequence[str]], *,
-        go_on: Callable[[], bool], unready: Callable[[], list[str]],
-    ) -> bool:  # fmt: skip
+        self,
+        nodes: Sequence[str],
+        topics: Sequence[str],
+        groups: Sequence[Sequence[str]],
+        *,
+        go_on: Callable[[], bool],
+        unready: Callable[[], list[str]],
+    ) -> bool:
         """Wait until the nodes are connected and nothing is ``unready``, then start the groups;
         return False where the session should not go on before. PmwvcError after too long.
         """

@@ -54,9 +54,14 @@ class NodeSession:
     """
 
     def __init__(
-        self, scenario: Scenario, folder: Path, *, console: Console, page: plan.Page | None = None,
+        self,
+        scenario: Scenario,
+        folder: Path,
+        *,
+        console: Console,
+        page: plan.Page | None = None,
         browser: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.scenario, self.folder, self.console, self.page = scenario, folder, console, page
         self.children, self.notes = Children(), Notes(console)
         self.interrupts = Interrupts()
@@ -98,10 +103,13 @@ class NodeSession:
                         begun = self._begin(monitor)
                     if begun:
                         disturber = Disturber(
-                            disturbances_of(self.scenario.disturbances), nodes=self.nodes,
-                            children=self.children, environment=environment, logs=logs,
+                            disturbances_of(self.scenario.disturbances),
+                            nodes=self.nodes,
+                            children=self.children,
+                            environment=environment,
+                            logs=logs,
                             note=self.notes.note,
-                        )  # fmt: skip
+                        )
                         self._watch(monitor, disturber)
             finally:
                 try:

@@ -21,9 +21,14 @@ STATES = ("starting", "coupled", "damping", "FAULT")
 
 
 def user_words(
-    name: str, ticks_hz: float | None, packets_hz: float | None,
-    delays_s: Sequence[float] | None, force_n: float | None, state: int | None, contact: bool,
-) -> str:  # fmt: skip
+    name: str,
+    ticks_hz: float | None,
+    packets_hz: float | None,
+    delays_s: Sequence[float] | None,
+    force_n: float | None,
+    state: int | None,
+    contact: bool,
+) -> str:
     """Return the newest values of one user, None where none came within the last second; delays
     are up, as the server sees it, and down: the division is a bound between two clocks.
     """
@@ -61,9 +66,14 @@ def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) 
 
 
 def finish(
-    console: Console, folder: Path, scenario: Scenario | None, *, check: bool,
-    figures: bool = True, out: Path | None = None,
-) -> cli.Result:  # fmt: skip
+    console: Console,
+    folder: Path,
+    scenario: Scenario | None,
+    *,
+    check: bool,
+    figures: bool = True,
+    out: Path | None = None,
+) -> cli.Result:
     """Judge and draw a recorded session and print the verdict; the document is its summary. With
     ``check`` the exit code is 1 where the session does not pass.
     """
@@ -73,9 +83,13 @@ def finish(
 
     with doing("reading the recording") as work:
         summary = finish_files(
-            folder, scenario=scenario, out=out, player=replay_page, figures=figures,
+            folder,
+            scenario=scenario,
+            out=out,
+            player=replay_page,
+            figures=figures,
             begins=work.part,
-        )  # fmt: skip
+        )
     target, passed = out or folder, True
     lines = verdict_lines(summary)
     lines += [f"  {each['text']}" for each in summary["outcomes"] if each["hit"] is not False]

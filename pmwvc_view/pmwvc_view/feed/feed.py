@@ -175,10 +175,13 @@ class Feed:
             self._balanced_s = self.tape.end_s
             self._balance(shown)
         rows = rows_of(
-            np.array(dues), self._layout, self._samples(shown), shown.users,
+            np.array(dues),
+            self._layout,
+            self._samples(shown),
+            shown.users,
             [packets[:, 1:3] for packets in self.tape.packets],
             {name: user.shown_s for name, user in self.users.items()},
-        )  # fmt: skip
+        )
         return [self._completed(row, shown) for row in rows]
 
     def _samples(self, shown: SessionTraces) -> Iterator[Samples]:

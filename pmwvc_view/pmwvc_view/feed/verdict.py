@@ -77,9 +77,13 @@ GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
 
 
 def verdict(
-    feed: Feed, judge: Judge, scenario: Scenario, *, exact_hands: Collection[str],
+    feed: Feed,
+    judge: Judge,
+    scenario: Scenario,
+    *,
+    exact_hands: Collection[str],
     notices: Sequence[str],
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return the text message: verdict, level, users, notices, which are what people should know
     beside the verdict. ``exact_hands``: users whose device counts its true motion, as a simulated
     one does whatever its encoder shows; their account at the port of the hand is judged.
