@@ -93,8 +93,8 @@ def read_content(folder: Path) -> Content:
         text = next(file.schemas[kind] for file in files.values() if kind in file.schemas)
         return schemas.store_of((text, kind)).deserialize_cdr(data, kind)
 
-    read = itertools.chain.from_iterable(messages(path, file) for path, file in files.items())
-    content = content_of(read, decode)
+    each = (messages(path.open("rb"), file) for path, file in files.items())
+    content = content_of(itertools.chain.from_iterable(each), decode)
     for path, file in files.items():
         content.files[path.name] = file
         content.metadata.update(file.metadata)
