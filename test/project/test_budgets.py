@@ -73,7 +73,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_129, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_123, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_197, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
