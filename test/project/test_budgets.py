@@ -75,7 +75,7 @@ ROOMS = {
     "figures and reports": Room(
         2_123, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_197, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_292,
         1_250,

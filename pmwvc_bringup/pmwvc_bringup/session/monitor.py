@@ -12,7 +12,7 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -23,7 +23,6 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.terminal import user_words
-from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.services import unmatched
@@ -34,7 +33,6 @@ from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 STALE_S = 1.0
 UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of a publisher whose node ROS no longer knows
-CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 SERVICE_TIMEOUT_S = 5.0
 FIRST_TICKS_TIMEOUT_S = 3.0
 RATE_REPORTS = 12  # six seconds of them
@@ -98,46 +96,21 @@ class Monitor:
             for text in unmatched(json.loads(answer), topics)
         ]
 
-    def begin(
-        self,
-        nodes: Sequence[str],
-        topics: Sequence[str],
-        groups: Sequence[Sequence[str]],
-        *,
-        go_on: Callable[[], bool],
-        unready: Callable[[], list[str]],
-    ) -> bool:
-        """Wait until the nodes are connected and nothing is ``unready``, then start the groups;
-        return False where the session should not go on before. PmwvcError after too long.
-        """
-        until = time.monotonic() + CONNECTION_TIMEOUT_S
-        while go_on():
-            missing = self.unconnected(nodes, topics) or unready()
-            if not missing:
-                self.start(*groups)
-                return True
-            if time.monotonic() > until:
-                within, left = f"{CONNECTION_TIMEOUT_S:g} s", "; ".join(missing)
-                raise PmwvcError(f"the nodes have not found each other within {within}: {left}")
-            time.sleep(0.02)
-        return False
-
-    def start(self, *groups: Sequence[str]) -> None:
+    def start(self, groups: Sequence[Sequence[str]]) -> list[str]:
         """Call ``start`` of nodes that wait for it, one group after the other, and wait for the
-        first ticks of all masters: the time of a session counts from there. PmwvcError names the
-        nodes that did not answer.
+        first ticks of all masters: the time of a session counts from there. Return which nodes did
+        not answer, as texts.
         """
         for nodes in groups:
             answers = self._call(nodes, "start")
             if late := [name for name in nodes if name not in answers]:
-                raise PmwvcError(f"{', '.join(late)}: no answer to a call of start")
+                return [f"{name}: no answer to a call of start" for name in late]
         until = time.monotonic() + FIRST_TICKS_TIMEOUT_S
-        while time.monotonic() < until:
+        while time.monotonic() < until and any(user not in self._seen for user in self._masters):
             for user, polled in self._masters.items():
                 self._take(user, polled)
-            if all(user in self._seen for user in self._masters):
-                return
             time.sleep(0.01)
+        return []
 
     def _call(self, nodes: Sequence[str], service: str) -> dict[str, str]:
         """Call a service of several nodes at once; return the messages of those that answered."""

@@ -36,6 +36,7 @@ from pmwvc_core.scenario.scenario import Scenario
 if TYPE_CHECKING:
     from pmwvc_bringup.session.monitor import Monitor
 
+CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 STATUS_PERIOD_S = 0.25
 LINE_PERIOD_S = 2.0  # of status lines where there is no terminal
 PUBLISHERS_PERIOD_S = 1.0  # of checks for publishers that do not belong to the session
@@ -130,26 +131,27 @@ class NodeSession:
             raise StartError(f"cannot write into {self.folder}: {why}") from None
 
     def _begin(self, monitor: "Monitor") -> bool:
-        """Wait until every topic has its ends and each end has matched the others, then start."""
-        recorder = self.children.children["recorder"]
-
-        def go_on() -> bool:
+        """Wait until every topic has its ends and each end has matched the others, then start;
+        return False where the session was interrupted before.
+        """
+        recorder, logs = self.children.children["recorder"], self.folder / "nodes"
+        names, groups = [node.ros_name for node in self.nodes], plan.start_order(self.nodes)
+        until = time.monotonic() + CONNECTION_TIMEOUT_S
+        while not self.interrupts.count:
             if ended := self.children.endings():
                 lines = [*ended[0].log_tail().splitlines(), f"({ended[0].log})"]
                 raise StartError("\n  ".join([f"{ended[0]} before the session began", *lines]))
-            return not self.interrupts.count
-
-        def unready() -> list[str]:
-            return [] if recorder.has_logged(READY) else ["recorder: not ready"]
-
-        names, groups = [node.ros_name for node in self.nodes], plan.start_order(self.nodes)
-        try:
-            return monitor.begin(names, self.topics, groups, go_on=go_on, unready=unready)
-        except StartError:
-            raise
-        except PmwvcError as error:
-            logs = f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
-            raise StartError(f"{error}\n{logs}") from None
+            missing = monitor.unconnected(names, self.topics)
+            if not missing and not recorder.has_logged(READY):
+                missing = ["recorder: not ready"]
+            if not missing and not (missing := monitor.start(groups)):
+                return True
+            if time.monotonic() > until:
+                within, left = f"{CONNECTION_TIMEOUT_S:g} s", "; ".join(missing)
+                text = f"the nodes have not found each other within {within}: {left}\nlogs: {logs}"
+                raise StartError(f"{text}; 'pmwvc doctor' examines the machine")
+            time.sleep(0.02)
+        return False
 
     def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""
