@@ -8,7 +8,6 @@ eigenvalue problem must not hold up snapshots, and still less a force loop.
 import asyncio
 import multiprocessing
 import os
-import signal
 from collections.abc import Collection, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -22,6 +21,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.in_flight import FateKind
+from pmwvc_core.runtime.interrupts import held_back
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import place_of
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -105,12 +105,6 @@ def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:
 NICE = 10  # loops and pages come first
 
 
-def _behind() -> None:
-    """Step back behind loops and pages, and leave a Ctrl-C to them."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    getattr(os, "nice", int)(NICE)  # not on every system
-
-
 class Predictor:
     """Answers questions one after the other; of those that wait only the newest."""
 
@@ -129,9 +123,12 @@ class Predictor:
             if self._pool is None:
                 # Not forked: the caller may have threads. Nor under their scheduling class.
                 context = multiprocessing.get_context("spawn")
-                self._pool = ProcessPoolExecutor(1, context, initializer=_behind)
+                lower = getattr(os, "nice", int)  # not on every system
+                self._pool = ProcessPoolExecutor(1, context, initializer=lower, initargs=(NICE,))
             question = partial(predicted, scenario, values, self._live)
-            answer = asyncio.get_running_loop().run_in_executor(self._pool, question)
+            # A Ctrl-C reaches every process of a terminal; this one is ended by close().
+            with held_back():
+                answer = asyncio.get_running_loop().run_in_executor(self._pool, question)
             try:
                 return await answer
             except BrokenProcessPool:

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Requests to end a program, counted. Needs no ROS.
+"""Requests to end a program: counted, or kept from a child while it starts. Needs no ROS.
 
-Only SIGINT and SIGTERM exist on every system.
+Only SIGINT and SIGTERM exist on every system, and only POSIX can block a signal.
 """
 
 import contextlib
@@ -37,3 +37,16 @@ class Interrupts:
 
     def _take(self, _: int, __: FrameType | None) -> None:
         self.count += 1
+
+
+@contextlib.contextmanager
+def held_back() -> Iterator[None]:
+    """Let a Ctrl-C wait until the end of the block; children started inside see none."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
