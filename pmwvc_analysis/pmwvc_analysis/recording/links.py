@@ -108,7 +108,7 @@ def topic_counts(
     """
     counts: dict[str, dict[str, int]] = {}
     for topic, messages in content.messages.items():
-        missing = sum(gap.missing for gap in content.gaps(topic).values())
+        missing = sum(missing for missing, _ in content.gaps(topic).values())
         if known := fates.get(relayed(topic) or ""):
             whole = came_out(known) & (known.cause != Cause.CORRUPTION)
             here = packets.get(topic)
