@@ -61,7 +61,7 @@ class MasterSettings(User):
         return DeviceSetup(
             dof=self.dof, tick_s=self.master.tick_s, side=self.side, half_width_m=half,
             start_m=self.side * (half + self.contact.gap_m), seed=self.seed, device=self.device,
-            operator=self.operator, task=self.task, node=node,
+            operator=self.operator, task=self.task, lever_m=self.server.lever_m, node=node,
         )  # fmt: skip
 
 
