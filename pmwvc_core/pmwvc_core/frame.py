@@ -36,6 +36,8 @@ class DeviceSample:
     work: tuple[Value, Value] | None = None
     fresh: bool = True
     measured_ns: int | None = None
+    outside: bool = False
+    buttons: int = 0
 
 
 class Frame(NamedTuple):

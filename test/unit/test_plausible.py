@@ -145,7 +145,22 @@ def test_what_is_the_devices_own_is_not_changed():
 
 
 def test_beyond_three_workspaces_or_a_metre_no_hand_can_be():
-    assert beyond([0.29, -0.3, 0.0], 0.1) == "" and beyond([0.9], None) == ""
-    assert "position (0, 0.31) m from the middle, at most 0.3 m" in beyond([0.0, 0.31], 0.1)
-    assert "at most 1 m" in beyond([-1.1], None)
-    assert beyond([math.nan], 0.1) == "" and beyond([math.inf], 0.1)
+    assert beyond([0.29, -0.3, 0.0], 0.3) == ""
+    assert "position (0, 0.31) m from the middle, at most 0.3 m" in beyond([0.0, 0.31], 0.3)
+    assert beyond([math.nan], 0.3) == "" and beyond([math.inf], 0.3)
+    device = Moved(amplitude=1.05)
+    device.info = DeviceInfo("moved", 1)
+    assert [text for text in played(device)[1] if "at most 1 m can be" in text]
+
+
+@pytest.mark.parametrize("dof", [1, 3, 6])
+def test_a_sample_beyond_the_workspace_and_one_percent_says_so(dof):
+    """Along the first three axes: a turn knows no workspace."""
+    device = Moved(dof=dof)
+    for x, outside in ((0.1009, False), (0.1011, True), (-0.1011, True)):
+        device.read = lambda _, x=x: DeviceSample(x=x * np.eye(dof)[0] if dof > 1 else x)
+        assert Plausible(device, print).read(0).outside is outside
+    if dof == 6:
+        device.read = lambda _: DeviceSample(x=0.5 * np.eye(6)[4])
+        sample = Plausible(device, print).read(0)
+        assert (sample.outside, sample.valid) == (False, True)

@@ -174,7 +174,9 @@ def measured_transparency(scenario: Scenario, user: int, error: PmwvcError) -> T
 
 def _roomy(scenario: Scenario) -> Scenario:
     """Return the scenario with devices that no stop holds; nothing changes or is disturbed."""
-    users = tuple(replace(u, device=replace(u.device, workspace_m=FAR_M)) for u in scenario.users)
+    users = tuple(
+        replace(u, given_device=replace(u.given_device, workspace_m=FAR_M)) for u in scenario.users
+    )
     of = replace(scenario, users=users, changes="", disturbances="")
     return replace(of, task=replace(of.task, kind="free"))
 

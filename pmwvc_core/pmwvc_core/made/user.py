@@ -19,7 +19,7 @@ from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.port_filters import FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, LimitsParams
+from pmwvc_core.law.safety.limits import LARGEST, Limits, LimitsParams
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
@@ -83,7 +83,7 @@ def arrivals_params(
 
 
 def made_user(
-    user: "scenarios.User", session: Any, *, answer_tick: int = 0, workspace_m: float | None = None
+    user: "scenarios.User", session: Any, *, answer_tick: int = 0
 ) -> tuple[ForceLoop, UserParams]:
     """Return a user's force loop at rest, and its parameters; ``session`` has controller, channel,
     axes and server (a scenario, or what a node was given).
@@ -107,8 +107,7 @@ def made_user(
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
     stiffness = impedances.smallest(b) * (1.0 / STALL_S) if strict else 0.0
-    reach = LARGEST if workspace_m is None else REACH * workspace_m
-    of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
+    of_limits = limits_params(safety, tick_s, packet_s, LARGEST, stiffness)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     limits = Limits(nothing, nothing, loose_brake(nothing), of_limits.timeout_s)
     s = ForceLoop(
@@ -133,7 +132,7 @@ def changed_user(
     if new.master is not old.master:
         port, of_port = _changed_port(port, of_port, rest.port, q.port, new.master)
     timeout_s = q.arrivals.timeout_s
-    if new.safety is not old.safety:
+    if new.given_safety is not old.given_safety:
         silence = arrivals.silence
         of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
         silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))

@@ -5,20 +5,38 @@ the hand.
 """
 
 from collections.abc import Iterable
+from copy import copy
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from pmwvc_core.params.fields import Validated, fixed, group, has, lacks, parameter
+from pmwvc_core.params.fields import Validated, fixed, group, has, lacks, parameter, specs
 
 OPERATOR_KINDS = (
     *("none", "constant", "sinusoid", "chirp", "hand", "remote"),
     *("playback_force", "playback_motion"),
 )
+FARTHEST_M = 1.0
+# Behind a scale s a hand moves s times as far and pushes with 1/s of its force: powers of s.
+BEHIND = {"m": 1, "m/s": 1, "N": -1, "N/s": -1, "N s/m": -2, "N/m": -2, "kg": -2}
+P = TypeVar("P", bound=Validated)
+
+
+def behind(params: P, scale: float) -> P:
+    """Return what is given at the handle as the avatar meets it; ranges hold at the handle."""
+    if scale == 1.0:
+        return params
+    seen = copy(params)
+    for name, spec in specs(type(params)).items():
+        if spec.unit in BEHIND:
+            vars(seen)[name] = getattr(params, name) * scale ** BEHIND[spec.unit]
+    return seen
 
 
 @dataclass(frozen=True)
 class DeviceParams(Validated):
-    """The simulated device: m x'' + b_hd x' = f_h - F_m, with what a real one adds."""
+    """The simulated device: m x'' + b_hd x' = f_h - F_m, with what a real one adds; and how a
+    device's motion becomes that of the avatar.
+    """
 
     plugin: str = fixed("simulated", "-", "device plug-in by entry-point name")
     mass: float = parameter(0.25, "> 0 kg", "apparent mass at the handle")
@@ -30,9 +48,32 @@ class DeviceParams(Validated):
         "velocity: the state's, or differences of the measured position",
     )  # fmt: skip
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
+    scale: float = fixed(1.0, "0.1..10", "motion of the avatar by the hand's, and force inversely")
+    axes: str = fixed("", "-", "axes of a real device along x, y, z, like 'y -x z' (empty: usual)")
+    offset_m: str = fixed("", "-", "where the middle of a real device is, like '0 0.05 0'")
+    clutch: int = fixed(0, "0..32", "button of the device that uncouples the hand (0: none)")
 
     is_simulated = has("plugin", "simulated")  # the device of the library, whose state is known
     differences = has("velocity", "euler")  # of measured positions
+
+    @property
+    def offset(self) -> list[float]:
+        """Where the middle of the device is [m]; ValueError where that is no list of numbers."""
+        return [float(word) for word in self.offset_m.split()]
+
+    def conflicts(self) -> list[str]:
+        """Check the texts of axes and offset."""
+        found, words = [], [word.removeprefix("-") for word in self.axes.split()]
+        if sorted(words) != list("xyz"[: len(words)]):
+            found.append(f"axes = {self.axes!r}: must be x, y and z once each, like 'y -x z'")
+        try:
+            wrong = len(self.offset) > 3 or not all(abs(m) <= FARTHEST_M for m in self.offset)
+        except ValueError:
+            wrong = True
+        if wrong:
+            text = f"must be up to three numbers within {FARTHEST_M:g} m, like '0 0.05 0'"
+            found.append(f"offset_m = {self.offset_m!r}: {text}")
+        return found
 
 
 @dataclass(frozen=True)

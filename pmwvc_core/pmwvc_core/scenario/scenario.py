@@ -17,7 +17,7 @@ from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
 from pmwvc_core.params.names import joined, leaves, nested
-from pmwvc_core.params.user import ServerTimes, server_times
+from pmwvc_core.params.user import ServerTimes, behind, server_times
 from pmwvc_core.plugins import installed
 from pmwvc_core.scenario.conflicts import conflicts
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
@@ -52,13 +52,37 @@ class User:
     side: int = parameter(-1, "-1..1", "side of the object the user is on: -1 pushes towards +x")
     master: params.MasterParams = group(params.MasterParams)
     baseline: params.BaselineParams = group(params.BaselineParams)
-    device: params.DeviceParams = group(params.DeviceParams)
-    operator: params.OperatorParams = group(params.OperatorParams)
-    safety: params.SafetyParams = group(params.SafetyParams)
+    given_device: params.DeviceParams = group(params.DeviceParams)  # these three at the handle
+    given_operator: params.OperatorParams = group(params.OperatorParams)
+    given_safety: params.SafetyParams = group(params.SafetyParams)
     contact: params.ContactParams = group(params.ContactParams)
     link_up: params.LinkParams = group(params.LinkParams)
     link_down: params.LinkParams = group(params.LinkParams)
     own: Any = group(ControllerOwn)  # of controllers from other packages, by their names
+
+    @property
+    def device(self) -> params.DeviceParams:
+        """The device as the avatar meets it, behind its scale."""
+        return behind(self.given_device, self.given_device.scale)
+
+    @property
+    def operator(self) -> params.OperatorParams:
+        """The hand likewise; a recorded force is scaled as a force, a motion as a motion."""
+        scale, given = self.given_device.scale, self.given_operator
+        if scale == 1.0:
+            return given
+        of_file = 1.0 / scale if given.kind == "playback_force" else scale
+        seen = behind(given, scale)
+        vars(seen).update(
+            scale=of_file * given.scale, offset=of_file * given.offset,
+            remote=behind(given.remote, scale),
+        )  # fmt: skip
+        return seen
+
+    @property
+    def safety(self) -> params.SafetyParams:
+        """The limits likewise: those of the device's own force."""
+        return behind(self.given_safety, self.given_device.scale)
 
     @property
     def impedance(self) -> Impedance:
@@ -180,7 +204,10 @@ class Declaration(NamedTuple):
     of_user: bool
 
 
-_PREFIXES = {"own": "", "contact": "server", "link_up": "link.up", "link_down": "link.down"}
+_PREFIXES = {
+    "own": "", "contact": "server", "link_up": "link.up", "link_down": "link.down",
+    "given_device": "device", "given_operator": "operator", "given_safety": "safety",
+}  # fmt: skip
 
 
 def prefixed(owner: type) -> dict[str, tuple[str, type]]:

@@ -170,9 +170,12 @@ def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine
         node = Node("check", namespace="check", **options)
         ends.callback(node.destroy_node)
         settings = declare_settings(node, lambda _: None, lambda _: None)
+        if settings.device.is_simulated:
+            text = "nobody can move or hold it; check a device that is there"
+            raise DeviceError(f"device.plugin = {settings.device.plugin!r}: {text}")
         device = make_device(settings.device.plugin, settings.device_setup(node))
         refuse_undeclared(node)
-        most_n = min(limits_of(device.info, settings.safety).max_force, LARGEST_N)
+        most_n = min(limits_of(device.info, settings.given_safety).max_force, LARGEST_N)
         if not 0.0 <= push_n <= most_n:
             raise DeviceError(f"--force {push_n:g}: must be 0..{most_n:g} N")
         device.open()

@@ -48,7 +48,6 @@ class LerobotParams(VendorParams):
     teleoperator: str = fixed("", "-", "its class, as module:name")
     config: str = fixed("", "-", "its configuration, as 'port=/dev/ttyACM0 id=left'")
     feedback: str = fixed("torque", "-", "end of the names of a joint's feedback, in N m")
-    axes: str = fixed("x y z", "-", "axes of the base that are axes 0, 1, 2 of the world")
 
 
 class LerobotDevice(ThreadedDevice[LerobotParams]):

@@ -8,6 +8,7 @@ the velocities sum up to V; over a second, unless at rest::
     ratio = sum(V . D) / sum(D . D)        1 where both are the same motion
 """
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -15,6 +16,7 @@ from dataclasses import replace
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
+from pmwvc_core.law.safety.limits import REACH
 from pmwvc_core.numeric import Array, Value, dot, flatten
 from pmwvc_master.devices import HapticDevice
 
@@ -24,9 +26,8 @@ MOVED_M2 = 50 * 0.0003**2  # sum of D . D of a second in which something moved
 OFF, SPAN = 2.0, 5  # ratio from which, or its inverse, velocities are estimated; of samples
 
 
-def beyond(x: Sequence[float] | Array, workspace_m: float | None) -> str:
+def beyond(x: Sequence[float] | Array, limit_m: float) -> str:
     """Return what is wrong with a position that no hand can be at; empty where it can."""
-    limit_m = FARTHEST_M if workspace_m is None else FAR * workspace_m
     if not any(abs(each) > limit_m for each in x):
         return ""
     at = ", ".join(f"{each:.4g}" for each in x)
@@ -68,6 +69,9 @@ class Plausible:
         self.stop, self.close = device.stop, device.close
         self._slope, self._wrong, self._far = Slope(), False, ""
         self._seen: deque[tuple[int, Value]] = deque(maxlen=SPAN)
+        workspace_m = device.info.workspace_m
+        self._most_m = FARTHEST_M if workspace_m is None else FAR * workspace_m
+        self._reach_m = math.inf if workspace_m is None else REACH * workspace_m
 
     def open(self) -> None:
         """Open the device; DeviceError where its position cannot be one in metres."""
@@ -80,12 +84,16 @@ class Plausible:
     def read(self, due_ns: int) -> DeviceSample:
         """Return the sample, invalid beyond any workspace, its velocity estimated if need be."""
         sample = self._device.read(due_ns)
-        if sample.valid and (problem := beyond(flatten(sample.x), self.info.workspace_m)):
-            if not self._far:
-                self._tell(f"{self.info.model}: {problem}")
-            self._far, sample = problem, replace(sample, valid=False)  # the object is the device's
         if not sample.valid:
             return sample
+        at_m = flatten(sample.x)[:3]
+        if problem := beyond(at_m, self._most_m):
+            if not self._far:
+                self._tell(f"{self.info.model}: {problem}")
+            self._far = problem
+            return replace(sample, valid=False)  # the object is the device's
+        if (abs(at_m) > self._reach_m).any():
+            sample = replace(sample, outside=True)
         if sample.fresh:
             now_ns = due_ns if sample.measured_ns is None else sample.measured_ns
             ratio = self._slope.add(now_ns, sample.x, sample.xd)
