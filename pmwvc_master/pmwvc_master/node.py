@@ -32,7 +32,8 @@ from pmwvc_core.transport.packet import Admission
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.blocks import FrameBlock
-from pmwvc_master.devices import limits_of, make_device, warnings_of_device
+from pmwvc_master.devices import limits_of, warnings_of_device
+from pmwvc_master.devices.mapped import make_device
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.settings import declare_settings
 

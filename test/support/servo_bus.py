@@ -6,8 +6,8 @@ A frame of the bus, both ways, has a checksum over what follows the marks, inver
 
     0xFF 0xFF  id  length of the rest  instruction or error  data  checksum
 
-Position: 4096 counts a turn; torque: thousandths of N m, both 16 bits. A servo has an inertia and a
-damper, and goes on by the time of the bus.
+Position: 4096 counts a turn; torque: thousandths of N m, both 16 bits. A servo has an inertia and
+a damper, and goes on by the time of the bus.
 """
 
 import dataclasses

@@ -27,6 +27,7 @@ from pmwvc_master.devices import (
     limits_of,
     warnings_of_device,
 )
+from pmwvc_master.devices.mapped import make_device
 from pmwvc_master.settings import declare_settings
 
 
@@ -91,7 +92,7 @@ def lab(monkeypatch):
 def test_a_device_that_cannot_be_used_is_named_with_the_reason(lab, name, changes, text):
     kind = ParameterError if name == "picky" else DeviceError
     with pytest.raises(kind, match=text):
-        plugins.make_device(name, setup(**changes))
+        make_device(name, setup(**changes))
 
 
 def test_the_device_of_the_documentation_works(lab):
@@ -100,7 +101,7 @@ def test_the_device_of_the_documentation_works(lab):
     names = vars(sys.modules["lab_devices"])
     exec(compile(source, "docs/devices.md", "exec"), names)
     names["stick"] = names["Stick"]
-    device = plugins.make_device("stick", setup())
+    device = make_device("stick", setup())
     device.open()
     device.write(-1.0)
     for _ in range(1000):

@@ -17,8 +17,9 @@ from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_master.devices import haply, make_device
+from pmwvc_master.devices import haply
 from pmwvc_master.devices.haply import CALL_NS, HaplyDevice, HaplyParams
+from pmwvc_master.devices.mapped import make_device
 
 
 @pytest.fixture

@@ -174,11 +174,10 @@ def measured_transparency(scenario: Scenario, user: int, error: PmwvcError) -> T
 
 def _roomy(scenario: Scenario) -> Scenario:
     """Return the scenario with devices that no stop holds; nothing changes or is disturbed."""
-    users = tuple(
-        replace(u, given_device=replace(u.given_device, workspace_m=FAR_M)) for u in scenario.users
-    )
-    of = replace(scenario, users=users, changes="", disturbances="")
-    return replace(of, task=replace(of.task, kind="free"))
+    roomy = [replace(u.given_device, workspace_m=FAR_M) for u in scenario.users]
+    users = [replace(u, given_device=d) for u, d in zip(scenario.users, roomy, strict=True)]
+    task = replace(scenario.task, kind="free")
+    return replace(scenario, users=tuple(users), task=task, changes="", disturbances="")
 
 
 def _responses(scenario: Scenario, forces: dict[str, Array]) -> tuple[Array, Array] | None:

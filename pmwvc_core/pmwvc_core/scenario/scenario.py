@@ -60,29 +60,10 @@ class User:
     link_down: params.LinkParams = group(params.LinkParams)
     own: Any = group(ControllerOwn)  # of controllers from other packages, by their names
 
-    @property
-    def device(self) -> params.DeviceParams:
-        """The device as the avatar meets it, behind its scale."""
-        return behind(self.given_device, self.given_device.scale)
-
-    @property
-    def operator(self) -> params.OperatorParams:
-        """The hand likewise; a recorded force is scaled as a force, a motion as a motion."""
-        scale, given = self.given_device.scale, self.given_operator
-        if scale == 1.0:
-            return given
-        of_file = 1.0 / scale if given.kind == "playback_force" else scale
-        seen = behind(given, scale)
-        vars(seen).update(
-            scale=of_file * given.scale, offset=of_file * given.offset,
-            remote=behind(given.remote, scale),
-        )  # fmt: skip
-        return seen
-
-    @property
-    def safety(self) -> params.SafetyParams:
-        """The limits likewise: those of the device's own force."""
-        return behind(self.given_safety, self.given_device.scale)
+    # As the avatar meets them, behind the device's scale.
+    device = behind("given_device")
+    operator = behind("given_operator")
+    safety = behind("given_safety")
 
     @property
     def impedance(self) -> Impedance:
@@ -204,15 +185,12 @@ class Declaration(NamedTuple):
     of_user: bool
 
 
-_PREFIXES = {
-    "own": "", "contact": "server", "link_up": "link.up", "link_down": "link.down",
-    "given_device": "device", "given_operator": "operator", "given_safety": "safety",
-}  # fmt: skip
+_PREFIXES = {"own": "", "contact": "server", "link_up": "link.up", "link_down": "link.down"}
 
 
 def prefixed(owner: type) -> dict[str, tuple[str, type]]:
     """Return the groups of a user or a scenario by dotted prefix: attribute and dataclass."""
-    return {_PREFIXES.get(name, name): (name, kind) for name, kind in groups(owner).items()}
+    return {_PREFIXES.get(n, n.removeprefix("given_")): (n, k) for n, k in groups(owner).items()}
 
 
 def _declared(owner: type, *, of_user: bool) -> dict[str, Declaration]:

@@ -15,19 +15,16 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams
-from pmwvc_core.params.user import behind
+from pmwvc_core.params.user import scaled
 from pmwvc_core.plugins import PluginGroup
 from pmwvc_core.wave.impedance import impedance_of, largest
-
-if TYPE_CHECKING:
-    from pmwvc_master.devices.mapped import Mapped
 
 __all__ = [
     "STALE_NS", "DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice",
@@ -99,7 +96,7 @@ class HapticDevice(Protocol):
         """Set the force to zero; may be called more than once; called on every way out."""
 
     def close(self) -> None:
-        """Give the device back."""
+        """Give the device back; called where ``open`` failed, too."""
 
 
 DeviceFactory: TypeAlias = Callable[[DeviceSetup], HapticDevice]
@@ -108,21 +105,6 @@ PLUGINS = PluginGroup(
     calls=(("open",), ("read",), ("write",), ("couple",), ("stop",), ("close",)),
     attributes=("info",), error=DeviceError,
 )  # fmt: skip
-
-
-def make_device(name: str, setup: DeviceSetup) -> "Mapped":
-    """Make the device of a plug-in; it is not opened yet. DeviceError where there is no such
-    plug-in (naming those there are), or what it makes is no device with that many axes.
-    """
-    from pmwvc_master.devices.mapped import Mapped
-    from pmwvc_master.devices.plausible import Plausible
-
-    device: HapticDevice = PLUGINS.make(name, setup)
-    if device.info.dof < setup.dof:
-        text = f"has {device.info.dof} axes; set dof = {setup.dof} to {device.info.dof} or less"
-        raise DeviceError(f"device.plugin = {name!r}: {text}")
-    tell = print if setup.node is None else setup.node.get_logger().warning
-    return Mapped(device if setup.device.is_simulated else Plausible(device, tell), setup)
 
 
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
@@ -166,7 +148,7 @@ def warnings_of_device(
     step_m = info.encoder_step_m or device.encoder_step_m
     if strict and step_m > 0.0 and info.velocity == "estimated":
         real = dataclasses.replace(device, mass=mass or device.mass, encoder_step_m=step_m)
-        yield count_bound(master, behind(real, device.scale)).text
+        yield count_bound(master, scaled(real, device.scale)).text
     for name, assumed, declared, unit in (
         ("mass", device.mass, mass, "kg"),
         ("damping", device.damping, info.apparent_damping, "N s/m"),

@@ -22,7 +22,8 @@ from pmwvc_core.numeric import Array, flatten
 from pmwvc_core.plugins import installed
 from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_core.runtime.process import refuse_undeclared
-from pmwvc_master.devices import PLUGINS, HapticDevice, limits_of, make_device
+from pmwvc_master.devices import PLUGINS, HapticDevice, limits_of
+from pmwvc_master.devices.mapped import make_device
 from pmwvc_master.devices.plausible import OFF, Slope
 from pmwvc_master.settings import declare_settings
 

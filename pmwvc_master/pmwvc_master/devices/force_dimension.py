@@ -70,14 +70,10 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
             text = f"no {f'serial = {serial}' if serial else 'device'} can be opened"
             ways = "plug it in, switch it on, end other programs on it; see pmwvc devices"
             raise DeviceError(f"force_dimension: {text} ({self._error()}): {ways}")
-        try:
-            self._check()
-            self._do("dhdConfigLinearVelocity", max(round(self._tick_s * 1e3), 1), 0)
-            self._do("dhdSetForce", 0.0, 0.0, 0.0)
-            self._do("dhdEnableForce", 1)
-        except DeviceError:
-            self.close()
-            raise
+        self._check()
+        self._do("dhdConfigLinearVelocity", max(round(self._tick_s * 1e3), 1), 0)
+        self._do("dhdSetForce", 0.0, 0.0, 0.0)
+        self._do("dhdEnableForce", 1)
 
     def _check(self) -> None:
         """Refuse another model, and a device without power or calibration."""

@@ -12,38 +12,49 @@ its slew. Where c < 1 the position is the sum of dx: the avatar stands where it 
 """
 
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
 
-from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.law.safety.limits import FADE_S, LARGEST
-from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, within, zero
-from pmwvc_core.numeric import Value
+from pmwvc_core.law.safety.limits import FADE_S
+from pmwvc_core.numeric import Array, Value, finite, flatten
 from pmwvc_core.params import DeviceParams
-from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup, HapticDevice
+from pmwvc_master.devices import PLUGINS, DeviceInfo, DeviceSample, DeviceSetup, HapticDevice
+from pmwvc_master.devices.plausible import Plausible
+
+
+def make_device(name: str, setup: DeviceSetup) -> "Mapped":
+    """Make the device of a plug-in; it is not opened yet. DeviceError where there is no such
+    plug-in (naming those there are), or what it makes is no device with that many axes.
+    """
+    device: HapticDevice = PLUGINS.make(name, setup)
+    if device.info.dof < setup.dof:
+        text = f"has {device.info.dof} axes; set dof = {setup.dof} to {device.info.dof} or less"
+        raise DeviceError(f"device.plugin = {name!r}: {text}")
+    tell = print if setup.node is None else setup.node.get_logger().warning
+    return Mapped(device if setup.device.is_simulated else Plausible(device, tell), setup)
 
 
 class Mapped:
     """A device as the loop has it; ``pressed`` uncouples the hand, as its button does."""
 
     def __init__(self, device: HapticDevice, setup: DeviceSetup) -> None:
-        given = setup.device
-        self._device, self.info = device, replace(device.info, dof=setup.dof)
-        self.open, self.couple = device.open, device.couple
-        self.close, self._dof = device.close, device.info.dof
-        self._ways = ways_of(device.info, given)[: setup.dof]
-        if given.clutch > device.info.buttons:
-            text = f"{device.info.model} has {device.info.buttons} buttons; call ~/clutch instead"
+        given, info = setup.device, device.info
+        self._device, self.info = device, replace(info, dof=setup.dof)
+        self.open, self.couple, self.close = device.open, device.couple, device.close
+        self._matrix = matrix_of(info, given)[: setup.dof]
+        self._of_hand = np.linalg.pinv(self._matrix).T  # f_h . dd = (that times f_h) . dx
+        if given.clutch > info.buttons:
+            text = f"{info.model} has {info.buttons} buttons; call ~/clutch instead"
             raise DeviceError(f"device.clutch = {given.clutch}: {text}")
         self._button, self.pressed = 1 << given.clutch >> 1, False
         self.slew_n, self._step = setup.max_slew_n_s * setup.tick_s, setup.tick_s / FADE_S
-        offset = (*given.offset * (not given.is_simulated), *(0.0,) * setup.dof)[: setup.dof]
-        self._shift, self._x, self._at = offset, offset, zero(offset)
-        self._c, self._uncoupled, self._f = 1.0, False, zero(offset)
-        self._sample = DeviceSample(value(offset), *(value(zero(offset)),) * 2)
+        offset = np.array([given.offset_x_m, given.offset_y_m, given.offset_z_m, 0.0, 0.0, 0.0])
+        self._shift = self._x = offset[: setup.dof] * (not given.is_simulated)
+        self._at, self._f = 0.0 * self._x, np.zeros(info.dof)
+        self._c, self._uncoupled = 1.0, False
+        self._sample = DeviceSample(_value(self._x), _value(self._at), _value(self._at))
 
     @property
     def uncoupled(self) -> bool:
@@ -58,63 +69,60 @@ class Mapped:
         own.work, own.measured_ns = there.work, there.measured_ns
         if not there.valid:
             return own
-        at, xd = self._turned(there.x), self._turned(there.xd)
-        x = plus(at, self._shift)
-        if within(at, LARGEST):  # what is no number is so for this tick only
+        at = self._matrix @ flatten(there.x)
+        x = at + self._shift
+        if finite(at):  # what is no number is so for this tick only
             if c < 1.0:
-                x = plus(self._x, scaled(minus(at, self._at), c))
-                self._shift = minus(x, at)
+                x = self._x + c * (at - self._at)
+                self._shift = x - at
             self._x, self._at = x, at
-        f_h = vector(there.f_h, self._dof)
-        own.x, own.xd = value(x), value(scaled(xd, c))
-        own.f_h = value(tuple(c / factor * f_h[axis] for axis, factor in self._ways))
+        own.x, own.xd = _value(x), _value(c * (self._matrix @ flatten(there.xd)))
+        own.f_h = _value(c * (self._of_hand @ (flatten(there.f_h) + 0.0 * self._f)))
         return own
-
-    def _turned(self, motion: Value) -> Vector:
-        of_device = vector(motion, self._dof)
-        return tuple(factor * of_device[axis] for axis, factor in self._ways)
 
     def write(self, f_m: Value) -> None:
         """Push the hand with its part of the force."""
-        wanted = vector(f_m, len(self._ways))
-        f = tuple(factor * each for (_, factor), each in zip(self._ways, wanted, strict=True))
-        self._c = c = self._coupling(f)
-        self._f, force = scaled(f, c), [0.0] * self._dof
-        for (axis, _), each in zip(self._ways, self._f, strict=True):
-            force[axis] = each
-        self._device.write(value(tuple(force)))
+        f = flatten(f_m) @ self._matrix
+        self._c = self._coupling(f)
+        self._f = self._c * f
+        self._device.write(_value(self._f))
 
-    def _coupling(self, f: Vector) -> float:
+    def _coupling(self, f: Array) -> float:
         """Return c for a tick whose whole force is f: |c f - f before| is at most the slew."""
-        before, ff = self._c, dot(f, f)
+        before, ff = self._c, float(f @ f)
         wanted = 0.0 if self._uncoupled else 1.0
         wanted = min(max(wanted, before - self._step), before + self._step)
         if wanted == before or ff == 0.0:
             return wanted
-        middle = dot(f, self._f) / ff
-        square = middle * middle - (dot(self._f, self._f) - self.slew_n**2) / ff
+        middle = float(f @ self._f) / ff
+        square = middle * middle - (float(self._f @ self._f) - self.slew_n**2) / ff
         way = math.sqrt(max(square, 0.0))
         return min(max(wanted, middle - way, 0.0), middle + way, 1.0)
 
     def stop(self) -> None:
         """Set the force to zero."""
-        self._f = zero(self._f)
+        self._f = 0.0 * self._f
         self._device.stop()
 
 
-def ways_of(info: DeviceInfo, given: DeviceParams) -> list[tuple[int, float]]:
-    """Return axis of the device and factor of its motion for each axis of the world; DeviceError
-    for axes that the device has not.
+def matrix_of(info: DeviceInfo, given: DeviceParams) -> Array:
+    """Return the matrix from motion of a device to that of its avatar; DeviceError for axes that
+    the device has not.
     """
     names = "xyz"[: info.dof]
-    text = info.axes if given.is_simulated else given.axes or info.axes
-    found = re.findall(r"(-?)([xyz])", text or " ".join(names))
-    if sorted(axis for _, axis in found) != list(names):
+    words = ((not given.is_simulated and given.axes) or info.axes or " ".join(names)).split()
+    if sorted(word[-1] for word in words) != list(names):
         needs = f"{info.model} has {' '.join(names)}; each must be there once"
         raise DeviceError(f"device.axes = {given.axes!r}: {needs}, like 'y -x z'")
-    ways = [(names.index(axis), -1.0 if sign else 1.0) for sign, axis in found]
-    turns = [(axis, 1.0) for axis in range(3, info.dof)]
-    if info.dof == 2 * len(names):  # a turn is mirrored where the axes are
-        mirrors = np.linalg.det([[sign * (axis == k) for k in range(3)] for axis, sign in ways])
-        turns = [(axis + 3, sign * round(mirrors)) for axis, sign in ways]
-    return [(axis, sign * given.scale) for axis, sign in ways] + turns
+    turned = np.array(
+        [[(-1.0) ** (word[0] == "-") * (word[-1] == n) for n in names] for word in words]
+    )
+    matrix = np.eye(info.dof)
+    matrix[:3, :3] = given.scale * turned
+    if info.dof == 6:  # a turn is mirrored where the axes are
+        matrix[3:, 3:] = np.round(np.linalg.det(turned)) * turned
+    return matrix
+
+
+def _value(array: Array) -> Value:
+    return array if len(array) > 1 else float(array[0])

@@ -75,11 +75,14 @@ class Plausible:
 
     def open(self) -> None:
         """Open the device; DeviceError where its position cannot be one in metres."""
-        self._device.open()
-        self.read(time.monotonic_ns())
-        if self._far:
+        try:
+            self._device.open()
+            self.read(time.monotonic_ns())
+            if self._far:
+                raise DeviceError(f"{self.info.model}: {self._far}")
+        except DeviceError:
             self.close()
-            raise DeviceError(f"{self.info.model}: {self._far}")
+            raise
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return the sample, invalid beyond any workspace, its velocity estimated if need be."""

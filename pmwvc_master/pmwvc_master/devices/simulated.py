@@ -11,7 +11,7 @@ are those behind ``device.scale``.
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant
 from pmwvc_core.numeric import Value
-from pmwvc_core.params.user import behind
+from pmwvc_core.params.user import scaled
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
@@ -33,7 +33,7 @@ class SimulatedDevice:
         self._catch_up = max(1, round(CATCH_UP_S / setup.tick_s))
         at = Place(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)
         hand, scale = make_hand(setup.operator, setup.task, at), setup.device.scale
-        self._plant = DevicePlant(behind(setup.device, scale), hand, at.start, tick_s=at.tick_s)
+        self._plant = DevicePlant(scaled(setup.device, scale), hand, at.start, tick_s=at.tick_s)
         self._scale = value((*(scale,) * 3, 1.0, 1.0, 1.0)[: setup.dof])
         self._sample = DeviceSample()
         if setup.node is not None and setup.operator.is_remote:

@@ -75,19 +75,15 @@ class TouchDevice(ThreadedDevice[TouchParams]):
         name = self._params.device
         self._hd = hd = vendor.library_calls("touch", self._params.library, LIBRARIES, _CALLS, SDK)
         self._id = hd["hdInitDevice"](name.encode() or None)
-        try:
-            if (problem := self._error()) or self._id == NONE:
-                ways = "plug it in, name it in the vendor's setup, end other programs that use it"
-                raise DeviceError(f"touch.device = {name!r}: cannot be opened ({problem}): {ways}")
-            hd["hdMakeCurrentDevice"](self._id)
-            self._check()
-            hd["hdEnable"](FORCE_OUTPUT)
-            self._scheduled = hd["hdScheduleAsynchronous"](self._callback, None, PRIORITY)
-            hd["hdStartScheduler"]()
-            self._await_first()
-        except DeviceError:
-            self.close()
-            raise
+        if (problem := self._error()) or self._id == NONE:
+            ways = "plug it in, name it in the vendor's setup, end other programs that use it"
+            raise DeviceError(f"touch.device = {name!r}: cannot be opened ({problem}): {ways}")
+        hd["hdMakeCurrentDevice"](self._id)
+        self._check()
+        hd["hdEnable"](FORCE_OUTPUT)
+        self._scheduled = hd["hdScheduleAsynchronous"](self._callback, None, PRIORITY)
+        hd["hdStartScheduler"]()
+        self._await_first()
 
     def _check(self) -> None:
         """Refuse another device or model, and one that is not calibrated."""
