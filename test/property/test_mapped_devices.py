@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.session_given import session_given
 from support.vendor_setup import vendor_setup
 
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.frame import DeviceSample
 from pmwvc_core.law.safety.limits import FADE_S
-from pmwvc_core.params import DeviceParams
+from pmwvc_core.made.user import made_user
+from pmwvc_core.params import DeviceParams, SafetyParams, ServerParams
+from pmwvc_core.scenario.scenario import User
 from pmwvc_master.devices import DeviceInfo
 from pmwvc_master.devices.mapped import Mapped
 
@@ -145,6 +148,22 @@ def test_a_clutch_that_only_switches_makes_steps():
     moved = np.linalg.norm(np.diff(handle.x, axis=0), axis=1)
     assert (np.linalg.norm(np.diff(x, axis=0), axis=1) - moved).max() > 0.01
     assert np.abs(np.diff(handle.forces, axis=0)).max() > 1.0
+
+
+@pytest.mark.parametrize("scale", [0.25, 4.0])
+@pytest.mark.parametrize("axis", [0, 4])
+def test_with_six_axes_neither_force_nor_torque_of_the_device_exceeds_its_limit(scale, axis):
+    """The limits that the loop is made with, behind the matrix."""
+    session = session_given(channel="plain", dof=6, server=ServerParams())
+    user = User("user1", given_device=DeviceParams(scale=scale), given_safety=SafetyParams())
+    _, p = made_user(user, session)
+    handle = Handle(np.zeros((TICKS, 6)))
+    made = Mapped(handle, vendor_setup("handle", 6, scale=scale))
+    made.read(0)
+    made.write(p.limits.max_force * np.eye(6)[axis])
+    assert np.abs(handle.forces[-1]).max() <= SafetyParams().max_force
+    speed = p.limits.damper_velocity / (scale if axis < 3 else 1.0)
+    assert speed <= SafetyParams().damper_velocity
 
 
 @pytest.mark.parametrize("axes", ORDERS[::5])

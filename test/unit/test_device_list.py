@@ -114,7 +114,7 @@ def test_the_command_lists_and_refuses_what_cannot_be_checked(tmp_path):
         (("check", "haply", "--set", "haply.modell=y"), "did you mean haply.model?"),
         (
             ("check", "simulated"),
-            "'simulated': nobody can move or hold it; check a device that is",
+            "'simulated': its hand moves in sessions only; check a device",
         ),
     ):
         refused = call("devices", *words, cwd=tmp_path, PYTHONPATH=path)

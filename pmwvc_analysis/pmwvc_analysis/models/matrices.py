@@ -36,7 +36,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 
 USUAL = User("")
 SERVER = ServerParams()
-OF_BOTH = ("name", "side", "master", "baseline", "own", "safety")  # of a user
+OF_BOTH = ("name", "side", "master", "baseline", "own", "given_safety")  # of a user
 EQUAL = 1e-9  # relative to the largest entry
 
 
@@ -72,7 +72,7 @@ def ends_of(runs: Sequence[Scenario], live: bool) -> list[tuple[tuple[Any, ...],
     for i, each in enumerate(patterns):
         fed = any(run.users[i].master.position.is_on for run in runs)
         alone = each._replace(up=each.up._replace(delay=0))
-        of_user = _decisive(runs, slice(i, i + 1), "device")
+        of_user = _decisive(runs, slice(i, i + 1), "given_device")
         found.append(((PerturbedUser, ticks, dof, alone, fed), of_user))
     return [
         *found,

@@ -24,6 +24,7 @@ from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams
+from pmwvc_core.params.user import strictest
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
@@ -89,10 +90,10 @@ def made_user(
     axes and server (a scenario, or what a node was given).
     """
     master, b, safety = user.master, user.impedance, user.safety
+    safety = strictest(safety, user.given_safety) if session.dof > 3 else safety  # turns: as given
     record, strict = record_of(session.controller), is_strict(session.controller, session.channel)
     axes, packet_s, tick_s = session.dof, session.server.period_s, master.tick_s
-    rules = safety.timeout_s, HAND_RETURN_S, master.store_j
-    of_arrivals = arrivals_params(session, b, *rules)
+    of_arrivals = arrivals_params(session, b, safety.timeout_s, HAND_RETURN_S, master.store_j)
     nothing, values = (0.0,) * axes, values_of(user, record)
     packet, law = no_packet(nothing, ()), record.device_rest(values, axes)
     port: Any

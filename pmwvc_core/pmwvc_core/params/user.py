@@ -34,6 +34,13 @@ def scaled(params: P, scale: float) -> P:
     return seen
 
 
+def strictest(one: P, other: P) -> P:
+    """Return the smaller value of each limit."""
+    kept = copy(one)
+    vars(kept).update({name: min(getattr(one, name), getattr(other, name)) for name in vars(one)})
+    return kept
+
+
 def behind(name: str) -> Any:
     """Declare a property of a user: a group of parameters as the avatar meets it."""
     return property(lambda user: scaled(getattr(user, name), user.given_device.scale))

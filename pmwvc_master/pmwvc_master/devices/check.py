@@ -172,7 +172,7 @@ def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine
         ends.callback(node.destroy_node)
         settings = declare_settings(node, lambda _: None, lambda _: None)
         if settings.device.is_simulated:
-            text = "nobody can move or hold it; check a device that is there"
+            text = "its hand moves in sessions only; check a device that is there"
             raise DeviceError(f"device.plugin = {settings.device.plugin!r}: {text}")
         device = make_device(settings.device.plugin, settings.device_setup(node))
         refuse_undeclared(node)
