@@ -11,7 +11,7 @@ from support.loop_rig import TICK_NS
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import DeviceSample
 from pmwvc_master.devices import DeviceInfo
-from pmwvc_master.devices.plausible import Plausible, Slope, beyond
+from pmwvc_master.devices.plausible import Plausible, Slope
 
 
 class Moved:
@@ -144,13 +144,24 @@ def test_what_is_the_devices_own_is_not_changed():
     assert (device.sample.valid, device.sample.xd) == (True, 3.0)
 
 
-def test_beyond_three_workspaces_or_a_metre_no_hand_can_be():
-    assert beyond([0.29, -0.3, 0.0], 0.3) == ""
-    assert "position (0, 0.31) m from the middle, at most 0.3 m" in beyond([0.0, 0.31], 0.3)
-    assert beyond([math.nan], 0.3) == "" and beyond([math.inf], 0.3)
-    device = Moved(amplitude=1.05)
-    device.info = DeviceInfo("moved", 1)
-    assert [text for text in played(device)[1] if "at most 1 m can be" in text]
+@pytest.mark.parametrize(
+    ("x", "workspace_m", "limit"),
+    [
+        ([0.29, -0.3, 0.0], 0.1, ""),
+        ([0.0, 0.31, 0.0], 0.1, "position (0, 0.31, 0) m from the middle, at most 0.3 m can be"),
+        ([0.99, 0.0, 0.0], None, ""),
+        ([0.0, 0.0, -1.1], None, "at most 1 m can be: are these mm?"),
+        ([math.nan, 0.0, 0.0], 0.1, ""),
+        ([math.inf, 0.0, 0.0], 0.1, "at most 0.3 m"),
+    ],
+)
+def test_beyond_three_workspaces_or_a_metre_no_hand_can_be(x, workspace_m, limit):
+    device, told = Moved(dof=3), []
+    device.info = DeviceInfo("moved", 3, workspace_m=workspace_m)
+    device.read = lambda _: DeviceSample(x=np.array(x), xd=np.zeros(3))
+    sample = Plausible(device, told.append).read(0)
+    assert (sample.valid, len(told)) == ((False, 1) if limit else (True, 0))
+    assert all(limit in text for text in told)
 
 
 @pytest.mark.parametrize("dof", [1, 3, 6])

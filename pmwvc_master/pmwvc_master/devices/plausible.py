@@ -11,27 +11,19 @@ the velocities sum up to V; over a second, unless at rest::
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
 from pmwvc_core.law.safety.limits import REACH
-from pmwvc_core.numeric import Array, Value, dot, flatten
+from pmwvc_core.numeric import Value, dot, flatten
 from pmwvc_master.devices import HapticDevice
 
 FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
 BLOCK_NS, SECOND_NS = 20_000_000, 1_000_000_000
 MOVED_M2 = 50 * 0.0003**2  # sum of D . D of a second in which something moved
 OFF, SPAN = 2.0, 5  # ratio from which, or its inverse, velocities are estimated; of samples
-
-
-def beyond(x: Sequence[float] | Array, limit_m: float) -> str:
-    """Return what is wrong with a position that no hand can be at; empty where it can."""
-    if not any(abs(each) > limit_m for each in x):
-        return ""
-    at = ", ".join(f"{each:.4g}" for each in x)
-    return f"position ({at}) m from the middle, at most {limit_m:.4g} m can be: are these mm?"
 
 
 class Slope:
@@ -79,7 +71,7 @@ class Plausible:
             self._device.open()
             self.read(time.monotonic_ns())
             if self._far:
-                raise DeviceError(f"{self.info.model}: {self._far}")
+                raise DeviceError(self._far)
         except DeviceError:
             self.close()
             raise
@@ -90,10 +82,12 @@ class Plausible:
         if not sample.valid:
             return sample
         at_m = flatten(sample.x)[:3]
-        if problem := beyond(at_m, self._most_m):
+        if (abs(at_m) > self._most_m).any():
             if not self._far:
-                self._tell(f"{self.info.model}: {problem}")
-            self._far = problem
+                at = ", ".join(f"{each:.4g}" for each in at_m)
+                most = f"at most {self._most_m:.4g} m can be: are these mm?"
+                self._far = f"{self.info.model}: position ({at}) m from the middle, {most}"
+                self._tell(self._far)
             return replace(sample, valid=False)  # the object is the device's
         if (abs(at_m) > self._reach_m).any():
             sample = replace(sample, outside=True)
