@@ -38,7 +38,8 @@ from pmwvc_master.loop import MasterLoop
 from pmwvc_master.settings import declare_settings
 
 FAREWELL_PERIODS = 3
-OF_BLOCK = ("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy", "accounts")
+OF_BLOCK = (*("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy"),
+            *("accounts", "orientation"))  # fmt: skip
 LATE_SAMPLES = f"ticks without a device sample of the last {LATE_NS / 1e6:g} ms"
 STATES = ("starting", "coupled", "damping", "fault")
 
@@ -91,8 +92,9 @@ class Master:
     def _publish_trace(self, loop: MasterLoop, block: FrameBlock) -> None:
         """Publish the ticks of a frame."""
         self._seq += 1
+        shift_ns = time.time_ns() - time.monotonic_ns()  # of the clock of ROS
         message = messages.master_trace(
-            self._types, block.series(), stamp_ns=_ros_time(block.start_ns), epoch=self._epoch,
+            self._types, block.series(), stamp_ns=shift_ns + block.start_ns, epoch=self._epoch,
             seq=self._seq, period=loop.tick_s, dof=self.settings.dof, missed=loop.missed,
             safety_events=loop.protocol.s.limits.events,
             hand_force_known=self.device.info.hand_force_known,
@@ -176,11 +178,6 @@ class Master:
         if state == "fault":
             return ERROR, text, values
         return (WARN if wrong or state == "damping" else OK), text, values
-
-
-def _ros_time(monotonic_ns: int) -> int:
-    """Return a time of the monotonic clock on the time line of ROS [ns]."""
-    return time.time_ns() - time.monotonic_ns() + monotonic_ns
 
 
 main = partial(run_node, "master", Master)

@@ -62,7 +62,7 @@ class MasterSettings(User):
             dof=self.dof, tick_s=self.master.tick_s, side=self.side, half_width_m=half,
             start_m=self.side * (half + self.contact.gap_m), seed=self.seed,
             device=self.given_device, operator=self.operator, task=self.task, node=node,
-            max_slew_n_s=self.given_safety.max_slew,
+            lever_m=self.server.lever_m, max_slew_n_s=self.given_safety.max_slew,
         )  # fmt: skip
 
 

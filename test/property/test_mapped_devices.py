@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 from support.session_given import session_given
 from support.vendor_setup import vendor_setup
 
@@ -230,3 +231,22 @@ def test_what_a_device_has_not_is_refused_with_a_way_out():
         Mapped(handle, vendor_setup("handle", 2, axes="x y z"))
     with pytest.raises(DeviceError, match=r"clutch = 2: handle has 1 buttons; call ~/clutch inst"):
         Mapped(handle, vendor_setup("handle", 2, clutch=2))
+
+
+@pytest.mark.parametrize("axes", ORDERS[::7])
+def test_an_orientation_is_that_of_the_turned_axes_until_the_hand_is_uncoupled(axes):
+    """The rotation of the device's own axes, by matrices; then it follows the way."""
+    turned, turn = np.zeros((3, 3)), Rotation.from_rotvec([0.2, -0.5, 0.4])
+    for row, word in enumerate(axes.split()):
+        turned[row, "xyz".index(word[-1])] = -1.0 if word[0] == "-" else 1.0
+    handle = Handle(np.zeros((TICKS, 6)))
+    sample = DeviceSample(np.zeros(6), np.zeros(6), np.zeros(6))
+    sample.orientation = tuple(turn.as_quat().tolist())
+    handle.read = lambda _: sample
+    made = Mapped(handle, vendor_setup("handle", 6, axes=axes))
+    found = Rotation.from_quat(made.read(0).orientation).as_matrix()
+    np.testing.assert_allclose(found, turned @ turn.as_matrix() @ turned.T, atol=1e-12)
+    made.pressed = True
+    made.read(1)
+    made.write(np.zeros(6))
+    assert made.read(2).orientation == ()

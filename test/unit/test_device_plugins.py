@@ -38,6 +38,7 @@ def setup(**changes):
         "side": -1,
         "half_width_m": 0.03,
         "start_m": -0.03,
+        "lever_m": 0.05,
         "seed": 1,
         "device": DeviceParams(),
         "operator": OperatorParams(kind="constant", force=1.0),

@@ -19,7 +19,7 @@ from pmwvc_core.frame import AT_ONCE, DeviceSample, FrameReport, FrameSchedule, 
 from pmwvc_core.law.port.master import port_energies, port_signals
 from pmwvc_core.law.safety.limits import NONE
 from pmwvc_core.law.user_tick import NEVER_NS, Sample, begin, send, user_tick
-from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.law.vectors import Vector, minus, scaled, zero
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Value
@@ -28,6 +28,7 @@ from pmwvc_core.plant.device import device_step, resting_device, simulated_param
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.scenario.scenario import User
+from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation, carried
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
 
@@ -58,6 +59,8 @@ class UserEnd(PortEnd):
         )
         self.ended: FrameReport | None = None
         self._measured_ns = NEVER_NS
+        self._at = self.s.x  # of which the orientation is
+        self.orientation: Orientation = IDENTITY if self._dof == AXES else ()
 
     def _made(self) -> Any:
         """Return the loop as it would begin; name the port's energies, which only grow."""
@@ -112,6 +115,7 @@ class UserEnd(PortEnd):
         self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, p)
         if taken:
             self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
+        self._turn(self.s.x)
         u_m, u_m_lp, v_m = port_signals(self.s.port)
         applied, arrays = value(f), (value(u_m), value(u_m_lp), value(v_m))
         return applied, packet, (sample.x, sample.xd, sample.f_h, value(f_m), applied, *arrays)
@@ -128,9 +132,17 @@ class UserEnd(PortEnd):
         if sample.fresh:
             self._measured_ns = now_ns if sample.measured_ns is None else sample.measured_ns
         x, xd = sample.x, sample.xd
+        if sample.orientation and sample.valid:
+            self._at, self.orientation = vector(x, self._dof), sample.orientation
         if self._dof == 1 and type(x) is float and type(xd) is float:
             return Sample((x,), (xd,), sample.valid, self._measured_ns)
         return Sample(vector(x, self._dof), vector(xd, self._dof), sample.valid, self._measured_ns)
+
+    def _turn(self, x: Vector) -> None:
+        """Go on to a position; a device that knows its orientation is there already."""
+        if self.orientation and x != self._at:
+            turn = scaled(minus(x, self._at)[3:], 1.0 / self._session.server.lever_m)
+            self._at, self.orientation = x, carried(self.orientation, turn)
 
     def _sent(self, now_ns: int, sample: Sample, *, leaves: bool) -> WavePacket | None:
         echo, before = self.inbox.echo(now_ns), self.s.packing.events
@@ -138,7 +150,9 @@ class UserEnd(PortEnd):
         if not sends:
             return None
         limited = self.s.limits.events != before and not leaves
-        return message(packet, self._epoch, self.inbox.flags | limited * FLAG_LIMITED, echo)
+        self._turn(packet.position)
+        about = self.inbox.flags | limited * FLAG_LIMITED, echo, self.orientation
+        return message(packet, self._epoch, *about)
 
     @property
     def x(self) -> Value:
@@ -160,8 +174,8 @@ class UserEnd(PortEnd):
         s = self.s
         energies = port_energies(s.port, s.arrivals, self.p.port)
         accounts = dict(zip(self._accounts, energies[4:], strict=False))
-        u_m, u_tx, v_rx, v_m = energies[:4]
-        return FrameReport(self.state, self.reason, u_m, u_tx, v_rx, v_m, accounts)
+        about = self.state, self.reason, *energies[:4], accounts, self.orientation
+        return FrameReport._make(about)
 
 
 # Time that a loop misses passes with the last force held, then the device stands still.

@@ -26,6 +26,7 @@ from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams
 from pmwvc_core.params.user import strictest
 from pmwvc_core.scenario import scenario as scenarios
+from pmwvc_core.transport.orientation import AXES
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
@@ -58,13 +59,13 @@ def packing_params(deadband: DeadbandParams) -> Deadband:
 
 
 def limits_params(
-    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
+    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float, groups: Any
 ) -> LimitsParams:
     """Return the limits of a force loop; a brake of no stiffness is none."""
     return LimitsParams(
         safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
         max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
-        reach, brake > 0.0, brake,
+        reach, brake > 0.0, brake, groups,
     )  # fmt: skip
 
 
@@ -108,7 +109,11 @@ def made_user(
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
     stiffness = impedances.smallest(b) * (1.0 / STALL_S) if strict else 0.0
-    of_limits = limits_params(safety, tick_s, packet_s, LARGEST, stiffness)
+    groups: Any = (((1.0,) * axes, 1.0),)
+    if axes == AXES:
+        share = safety.max_torque / session.server.lever_m / safety.max_force or 1.0
+        groups = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, share)
+    of_limits = limits_params(safety, tick_s, packet_s, LARGEST, stiffness, groups)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     limits = Limits(nothing, nothing, loose_brake(nothing), of_limits.timeout_s)
     s = ForceLoop(

@@ -83,14 +83,14 @@ class SafetyParams(Validated):
     """Limits between controller and device, in every control path; they are never off."""
 
     max_force: float = parameter(8.0, "> 0 and <= 20 N", "peak force (Touch 3.3, large devices 8)")
+    max_torque: float = fixed(0.0, ">= 0 N m", "dof = 6: peak torque; 0: max_force server.lever_m")
     max_slew: float = parameter(2000.0, "1..20000 N/s", "fastest change of force")
     soft_start_s: float = fixed(0.5, "0.01..10 s", "force rises from zero over this time")
     damper_velocity: float = parameter(1.0, "> 0 and <= 10 m/s", "faster: only damping")
     fault_velocity: float = parameter(1.5, "> 0 and <= 20 m/s", "faster: no force any more")
     timeout_s: float = parameter(
-        0.03, "> 0 and <= 10 s",
-        "silence, three packets or more, after which only damping is rendered",
-    )  # fmt: skip
+        0.03, "> 0 and <= 10 s", "silence, three packets or more, after which only damping is left"
+    )
     release_s: float = parameter(
         5.0, "> 0 and <= 60 s", "silence after which brake and damping end, too"
     )
@@ -151,7 +151,7 @@ class OperatorParams(Validated):
     grip_stiffness: float = parameter(375.0, ">= 0 N/m", "hand, remote: stiffness of the grip")
     grip_damping: float = parameter(7.9, ">= 0 N s/m", "hand, remote: damping of the grip")
     squeeze: float = parameter(1.0, ">= 0 N", "hand, remote: force that holds a gripped object")
-    file: str = fixed("", "-", "playback: CSV or NPY")
+    file: str = fixed("", "-", "playback: CSV")
     columns: str = fixed("", "-", "playback: columns by name or number (from 0), by commas")
     time_column: str = fixed("", "-", "playback: column of the time [s] (empty: rate_hz)")
     rate_hz: float = parameter(1000.0, "> 0 Hz", "playback: rate without a time column")

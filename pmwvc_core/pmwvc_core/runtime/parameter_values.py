@@ -38,7 +38,7 @@ def _shares(owner: type, *whole: str, **only: tuple[str, ...]) -> tuple[Share, .
 USER_AT_MASTER = _shares(
     User, "master", "baseline", "own", "given_device", "given_operator", "given_safety", "contact"
 )
-SHARED_AT_MASTER = _shares(Scenario, "task", server=("period_s", "object_size_m"))
+SHARED_AT_MASTER = _shares(Scenario, "task", server=("period_s", "object_size_m", "lever_m"))
 USER_AT_SERVER = _shares(
     User,
     *("contact", "baseline", "own"),

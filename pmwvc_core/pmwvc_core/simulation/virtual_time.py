@@ -57,7 +57,7 @@ class SimulatedUser:
     def send(self, until_ns: int) -> bool:
         """Send the packet of a frame that starts by then [ns]; tell whether a tick is due."""
         ticks = self.ticks
-        if not ticks.are_due(until_ns):
+        if not (ticks.next < len(ticks.at_ns) and ticks.at_ns[ticks.next] <= until_ns):
             return False
         for _ in ticks.passing(self._catch_up):
             self.device.sense(self._acts)
@@ -124,7 +124,9 @@ class VirtualTime:
         self._on_frame, self._on_step = on_frame, on_step
         self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
         recorded = conditions.steps
-        self._steps: Iterator[Step] = recorded.in_order() if recorded else self._on_grid(ticks)
+        self._steps: Iterator[Any] = self._on_grid(ticks)
+        if recorded:
+            self._steps = zip(*(column.tolist() for column in recorded), strict=True)
         self._recorded, self._due = recorded is not None, -1  # tick of the next step
         self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 

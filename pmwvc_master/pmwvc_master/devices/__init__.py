@@ -65,6 +65,7 @@ class DeviceSetup:
     side: int  # of the object the user is on: -1 pushes towards +x
     half_width_m: float  # of the object [m]
     start_m: float  # on axis 0 [m]
+    lever_m: float  # axes 4 to 6 are a turn times this
     seed: int
     device: DeviceParams
     operator: OperatorParams

@@ -53,7 +53,7 @@ class Mapped:
         offset = np.array([given.offset_x_m, given.offset_y_m, given.offset_z_m, 0.0, 0.0, 0.0])
         self._shift = self._x = offset[: setup.dof] * (not given.is_simulated)
         self._at, self._f = 0.0 * self._x, np.zeros(info.dof)
-        self._c, self._uncoupled = 1.0, False
+        self._c, self._uncoupled, self._went = 1.0, False, False
         self._sample = DeviceSample(_value(self._x), _value(self._at), _value(self._at))
 
     @property
@@ -77,6 +77,9 @@ class Mapped:
                 self._shift = x - at
             self._x, self._at = x, at
         own.x, own.xd = _value(x), _value(c * (self._matrix @ flatten(there.xd)))
+        self._went = self._went or c < 1.0  # from then on the orientation follows the way
+        q = () if self._went else there.orientation
+        own.orientation = (*(self._matrix[3:, 3:] @ q[:3]).tolist(), q[3]) if q else ()
         own.f_h = _value(c * (self._of_hand @ (flatten(there.f_h) + 0.0 * self._f)))
         return own
 

@@ -144,7 +144,7 @@ class Tape:
                 topic=topic, time_s=came[:, 2], epoch=np.zeros(count, dtype=np.uint64),
                 seq=came[:, 0].astype(np.int64), sent_ns=np.zeros(count, dtype=np.int64),
                 period_s=np.full(count, due_s), wave=none, integral=none, energy=np.zeros(count),
-                position=none,
+                position=none, orientation=none[:, :0],
             )  # fmt: skip
         return found
 
