@@ -37,6 +37,8 @@ class DeviceSample:
     work: tuple[Value, Value] | None = None
     fresh: bool = True
     measured_ns: int | None = None
+    outside: bool = False
+    buttons: int = 0
     orientation: tuple[float, ...] = ()
 
 

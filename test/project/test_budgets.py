@@ -91,6 +91,7 @@ ROOMS = {
             "devices/inverse_link.py",
             "devices/force_dimension.py",
             "devices/turn.py",
+            "devices/mapped.py",
         ),
     ),
     "nodes": Room(2_054, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),

@@ -32,22 +32,23 @@ from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation, carrie
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
 
+NOWHERE = -1.0  # [m] the reach where a device is beyond its workspace, wherever its avatar is
+
 
 class UserEnd(PortEnd):
     """One user's force loop.
 
     ``session`` has controller, channel, axes and server (a scenario, or what a node was given),
-    ``epoch`` is the number of this life of the sender, ``schedule`` the phases of a frame, and
-    ``workspace_m`` the half extent that the device declares [m]. ``inbox`` receives the returning
-    packets, ``ended`` has state and energies when the last frame ended.
+    ``epoch`` is the number of this life of the sender, ``schedule`` the phases of a frame.
+    ``inbox`` receives the returning packets, ``ended`` has state and energies when the last frame
+    ended.
     """
 
     def __init__(
-        self, user: User, session: Any, *, epoch: int, schedule: FrameSchedule = AT_ONCE,
-        workspace_m: float | None = None,
-    ) -> None:  # fmt: skip
+        self, user: User, session: Any, *, epoch: int, schedule: FrameSchedule = AT_ONCE
+    ) -> None:
         self._user, self._session, self._epoch, self._dof = user, session, epoch, session.dof
-        self._schedule, self._workspace_m = schedule, workspace_m
+        self._schedule = schedule
         self._accounts: list[str] = []
         self.s, self.p = self._made()
         times_s = {"period_s": session.server.period_s, "timeout_s": user.safety.timeout_s}
@@ -68,7 +69,7 @@ class UserEnd(PortEnd):
         if len(kept) >= len(self._accounts):
             self._accounts = [entry.name for entry in kept]
         answer_tick = self._schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
-        return made_user(self._user, of, answer_tick=answer_tick, workspace_m=self._workspace_m)
+        return made_user(self._user, of, answer_tick=answer_tick)
 
     def configure(self, **groups: Any) -> None:
         """Take other parameters over, at a frame start: ``master``, ``safety``."""
@@ -108,7 +109,10 @@ class UserEnd(PortEnd):
             self.ended = self.report()
         taken = self.inbox.take(packets, now_ns) if packets else None
         sensed = self._known(sample, now_ns)
-        self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
+        p = self.p
+        if sample.outside:
+            p = p._replace(limits=p.limits._replace(reach=NOWHERE))
+        self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, p)
         if taken:
             self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
         self._turn(self.s.x)
@@ -163,7 +167,7 @@ class UserEnd(PortEnd):
     @property
     def reason(self) -> str:
         """Why they are in that state."""
-        return str(text_of(self.s.limits.cause, self._user.safety))
+        return str(text_of(self.s.limits.cause, self._user.given_safety))
 
     def report(self) -> FrameReport:
         """Return safety state and energies as they are now."""

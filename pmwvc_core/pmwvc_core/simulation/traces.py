@@ -161,7 +161,7 @@ def _user(run: Run, number: int) -> UserTraces:
     ends = np.append(np.arange(user.master.rate_drop, ticks, user.master.rate_drop), ticks)
     blocks = blocks[: len(ends)]
     causes, which = np.unique(blocks[:, 0].astype(np.int64), return_inverse=True)
-    texts = [str(text_of(cause, user.safety)) for cause in causes.tolist()]
+    texts = [str(text_of(cause, user.given_safety)) for cause in causes.tolist()]
     own = accounts_of_user(run.scenario.controller, run.scenario.channel, user.master)
     return UserTraces(
         name=user.name, tick_s=tick_s, time_s=every.astype(np.float64) * tick_s, tick=every,

@@ -46,7 +46,7 @@ class SimulatedUser:
 
     def change(self, old: User, new: User) -> None:
         """Hand over the groups of parameters that differ to the loop and the links."""
-        both = {name: (getattr(old, name), getattr(new, name)) for name in ("master", "safety")}
+        both = {n: (getattr(old, n), getattr(new, n)) for n in ("master", "given_safety")}
         if groups := {name: other for name, (one, other) in both.items() if other != one}:
             self.loop.hand_over(partial(self.loop.configure, **groups))
         if new.link_up != old.link_up:
