@@ -94,7 +94,7 @@ class ServerRow(NamedTuple):
     accounts: Mapping[str, Value]  # [J]
     poses: Mapping[str, Sequence[float]]  # of bodies [m] x y z, quaternion w x y z
     contacts: Sequence[float]  # of bodies, 8 numbers each: pmwvc_core.server.black_box.shown_by
-    contained: int  # steps so far in which a damper replaced environment or coupling
+    contained: int  # steps so far in which environment or coupling was replaced
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,7 @@ class Faults:
         self.steps = 0
         self.text = ""
         self.what = parameter.removeprefix("server.")
-        self.replaced = self.what == "environment"  # by a damper, in those steps
+        self.replaced = self.what == "environment"  # in those steps
 
     def guarded(self, ask: Callable[[], A], fallback: F, value: str = "") -> A | F:
         """Return what code from outside answers; where it fails the fallback, and count a step."""

@@ -104,7 +104,7 @@ class ServerTraces:
     poses: dict[str, Array] = field(default_factory=dict)  # of bodies (step, 7): xyz [m], wxyz
     scene: dict[str, Any] = field(default_factory=dict)  # what an environment says of itself
     contacts: Array = field(default_factory=lambda: np.zeros((0, 9)))  # contact_rows
-    contained: Integers = _unknown()  # (step,) steps up to it that a damper replaced
+    contained: Integers = _unknown()  # (step,) steps up to it that were replaced
     changes: Integers = _unknown()  # (step,) steps up to it that took changes over
     looked_ns: Looks = _unknown()  # (step,)
 
@@ -115,7 +115,7 @@ class ServerTraces:
 
     @property
     def replaced(self) -> tuple[float, int]:
-        """From when [s] and in how many steps a damper replaced environment or coupling."""
+        """From when [s] and in how many steps environment or coupling was replaced."""
         steps = int(self.contained.max(initial=0))
         return (float(self.time_s[np.argmax(self.contained > 0)]) if steps else 0.0), steps
 

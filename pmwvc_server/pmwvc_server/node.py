@@ -172,7 +172,7 @@ class ServerNode:
             return ""
         warning = f"{count(new, 'step')}: {text}"
         if faults.replaced:
-            warning = f"a damper replaced the {faults.what} in {warning}"
+            warning = f"the {faults.what} failed in {warning}"
         self.node.get_logger().warning(warning)
         return warning
 

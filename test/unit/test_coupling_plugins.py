@@ -4,14 +4,20 @@
 
 import dataclasses
 import json
+from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 from support.lab import example_of, offer
 from support.plain import load
 
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.law.server.contacts import couple
+from pmwvc_core.law.server.coupling import Implicit, OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
@@ -68,6 +74,28 @@ def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
     assert "proposed: simulated for 2 s with the scenario's hands: stable" in result.stdout
 
 
+FAILED = slice(20, 30)  # steps
+
+
+STEPS = []
+
+
+class Torn(NamedTuple):
+    """A law of the library that fails in ten steps."""
+
+    law: Any
+
+
+@couple.member(Torn)
+def torn(p, avatars, body, law):
+    """Step, then fail."""
+    STEPS.append(1)
+    found = couple(p.law, avatars, body, law)
+    if FAILED.start < len(STEPS) <= FAILED.stop:
+        raise ZeroDivisionError("no mass")
+    return found
+
+
 def unmade(old_s, new_s):
     """Fail."""
     raise KeyError("table")
@@ -81,6 +109,12 @@ def lab(monkeypatch):
         "exact": dataclasses.replace(own, name="exact"),
         "doubtful": dataclasses.replace(own, name="doubtful", passive=lambda params: False),
         "alone": dataclasses.replace(own, name="alone", linear=None),
+        "torn": dataclasses.replace(own, name="torn", law=lambda old_s, new_s: Torn(Implicit(0))),
+        "torn_late": dataclasses.replace(
+            COUPLINGS.library["one_step_delay"],
+            name="torn_late",
+            law=lambda old_s, new_s: Torn(OneStepDelay(old_s, new_s)),
+        ),
         "unmade": dataclasses.replace(own, name="unmade", law=unmade),
         "stone": object(),
     }
@@ -98,6 +132,30 @@ def scenario(coupling):
 def test_a_coupling_runs_as_its_record_makes_it(lab):
     ours, theirs = (simulate_one(scenario(name)) for name in ("implicit", "exact"))
     assert (ours.server.f_s[0] == theirs.server.f_s[0]).all()
+
+
+@pytest.mark.parametrize(("name", "own"), [("torn", "implicit"), ("torn_late", "one_step_delay")])
+def test_a_step_that_fails_is_solved_exactly_counted_and_named(lab, name, own):
+    """The control is the same coupling whole: until the first fault they are the same bits."""
+    STEPS.clear()
+    known, whole = (
+        load("carry_16ms", settings_texts=[f"server.coupling={each}", "duration_s=4"])
+        for each in (name, own)
+    )
+    traces, control = simulate_one(known), simulate_one(whole)
+    server = traces.server
+    for user in range(2):
+        power = np.ravel(server.f_s[user] * server.xd_s[user])[FAILED]
+        waves = np.ravel(server.u_s[user] ** 2 - server.v_s[user] ** 2)[FAILED]
+        assert power == pytest.approx(0.5 * waves, abs=1e-12)
+        same = slice(0, FAILED.start if own != "implicit" else None)
+        assert (server.f_s[user][same] == control.server.f_s[user][same]).all()
+    fault = f"server.coupling = '{name}' raised ZeroDivisionError: no mass"
+    assert traces.metadata["coupling"] == {"contained_steps": "10", "last_fault": fault}
+    text = f"the coupling was replaced by implicit in 10 steps: {fault}"
+    assert any(each["what"] == text for each in complete(traces, known))
+    assert inconsistencies(traces, known) == []
+    assert "coupling" not in control.metadata
 
 
 def test_what_is_proved_rests_on_what_the_record_gives(lab):

@@ -92,7 +92,7 @@ class ServerEnd(PortEnd):
     def _made(self, period_s: float) -> Any:
         """Return the parameters for steps of that length [s]."""
         server = dataclasses.replace(self.params, period_s=period_s)
-        return server_params(self._users, self._session, server)
+        return server_params(self._users, self._session, server, self.faults)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on; users leave, and join anew afterwards."""

@@ -35,6 +35,7 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, directly
+from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.server.turned import Turned
@@ -42,15 +43,20 @@ from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 
-def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
-    """Return what closes the algebraic loop; ParameterError, with the reason, where one of another
-    package cannot make its law.
+def coupling_of(
+    server: ServerParams, users: Sequence["scenarios.User"], faults: Faults | None = None
+) -> Any:
+    """Return what closes the algebraic loop, that of another package contained, which counts its
+    ``faults``; ParameterError where it cannot make its law (with the reason).
     """
     record = COUPLINGS.of(server.coupling)
     assert record.law is not None
     with refused(f"server.coupling = {record.name!r}"):
         law = record.law(*weights(server.integrator, server.period_s))
-    return ImplicitCoupled(0) if isinstance(law, Implicit) and are_coupled(users) else law
+    exact = ImplicitCoupled(0) if are_coupled(users) else Implicit(0)
+    if record.name not in COUPLINGS.library:
+        return Contained(law, exact, faults or Faults("server.coupling", record.name))
+    return exact if isinstance(law, Implicit) else law
 
 
 def object_of(server: ServerParams) -> BodyLaw:
@@ -76,10 +82,13 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
 
 
 def server_params(
-    users: Sequence["scenarios.User"], session: Any, server: ServerParams
+    users: Sequence["scenarios.User"],
+    session: Any,
+    server: ServerParams,
+    faults: Faults | None = None,
 ) -> ServerStepParams:
     """Return the parameters of the server's step; ``session`` has controller, channel, axes and
-    times (a scenario, or what a node was given).
+    times (a scenario, or what a node was given), ``faults`` counts those of a coupling.
     """
     strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
     times, guests = session.times, []
@@ -108,7 +117,9 @@ def server_params(
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
-        environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
+        environment = EnvironmentParams(
+            coupling_of(server, users, faults), object_of(server), strict
+        )
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )
