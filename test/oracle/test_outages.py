@@ -112,9 +112,8 @@ def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
 
 
 def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
-    traces = simulated(
-        files.load("blackout_2s", settings_texts=["link.schedule=4 outage; 6 base"], duration_s=8.0)
-    )
+    texts = ["channel=strict", "link.schedule=4 outage; 6 base"]
+    traces = simulated(files.load("blackout_2s", settings_texts=texts, duration_s=8.0))
     for user in traces.users:
         assert user.accounts["node"].min() >= LEAST_J  # the hand takes 0.5 mJ of it back
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]

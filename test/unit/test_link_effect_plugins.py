@@ -3,10 +3,8 @@
 """The command line with a link effect of another package."""
 
 import json
-import re
 
 import pytest
-from support.command_line import refused
 from support.lab import example_of
 
 BURSTS = ("--set", "link.effects=bursts:rate=0.01:stay=0.5")
@@ -27,18 +25,3 @@ def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tm
     summary = json.loads((out / "summary.json").read_text("utf-8"))
     assert any("in bursts" in effect for effect in summary["prediction"]["left_out"])
     assert "bursts of loss" in (out / "report.html").read_text("utf-8")  # drawn at the link
-
-
-def test_an_effect_of_another_package_is_compared(pmwvc, tmp_path):
-    over = ["--over", "link.effects=bursts:rate=0:stay=0,bursts:rate=0.02:stay=0.6", "--json"]
-    words = ["wall", *over, "--no-figures", "--duration", "3", "--out", tmp_path / "all"]
-    result = pmwvc("compare", *words)
-    assert result.returncode == 0, result.stderr
-    calm, lossy = json.loads(result.stdout)["sessions"]
-    assert calm["settings"] == {"link.effects": "bursts:rate=0:stay=0"}
-    assert lossy["force_error_rms_n"] > calm["force_error_rms_n"]
-
-
-def test_wrong_numbers_are_refused_before_the_session(pmwvc):
-    text = refused(pmwvc("simulate", "carry_16ms", "--set", "link.effects=bursts:rate=2:stay=0"))
-    assert re.search(r"link.up.effects = .*bursts: rate = 2.0: must be", text)
