@@ -140,19 +140,24 @@ def test_a_tick_counts_when_it_really_ran():
     assert up.balance_j[-1] == pytest.approx((DELAY_FRAMES - 1) * IN_FLIGHT_J, rel=1e-9)
 
 
-def test_a_master_whose_trace_breaks_off_is_judged_up_to_there():
+@pytest.mark.parametrize("first", [True, False])
+def test_a_master_whose_trace_breaks_off_or_was_found_late_is_judged_for_that_half(first):
     traces = handmade.session()
-    user, whole = traces.users[0], user_energies(traces)[0]
-    kept = len(user.tick) // 2
+    user, whole = traces.users[0], user_energies(traces)[0].up.balance_j
+    half = len(user.tick) // 2
+    ticks, blocks = (
+        slice(None, each) if first else slice(each, None) for each in (half, half // TICKS)
+    )
     for name in PER_TICK:
-        setattr(user, name, getattr(user, name)[:kept])
-    user.block_time_s = user.block_time_s[: kept // TICKS]
-    user.energy = {name: sums[: kept // TICKS] for name, sums in user.energy.items()}
+        setattr(user, name, getattr(user, name)[ticks])
+    user.block_time_s = user.block_time_s[blocks]
+    user.energy = {name: sums[blocks] for name, sums in user.energy.items()}
     found = user_energies(traces)[0]
     assert found.passive
-    assert found.up.time_s[-1] == pytest.approx(user.time_s[-1] + user.tick_s)
+    assert not first or found.up.time_s[-1] == pytest.approx(user.time_s[-1] + user.tick_s)
     rows = len(found.up.time_s)
-    np.testing.assert_allclose(found.up.balance_j, whole.up.balance_j[:rows], atol=1e-12)
+    expected = whole[:rows] if first else whole[-rows:]
+    np.testing.assert_allclose(found.up.balance_j, expected, atol=1e-12)
 
 
 def restarted(again, *, lost=0):
@@ -205,20 +210,6 @@ def test_the_balances_end_where_the_server_was_started_again():
     # the control: what was made before is a violation all the same
     traces.server.energy_u_s[0][100:] += 1.0
     assert passivity(traces, handmade.scenario(), None).passive("user1") is False
-
-
-def test_a_master_that_was_found_late_is_judged_from_there():
-    traces = handmade.session()
-    user, whole = traces.users[0], user_energies(traces)[0]
-    gone = len(user.tick) // 2
-    for name in PER_TICK:
-        setattr(user, name, getattr(user, name)[gone:])
-    user.block_time_s = user.block_time_s[gone // TICKS :]
-    user.energy = {name: sums[gone // TICKS :] for name, sums in user.energy.items()}
-    found = user_energies(traces)[0]
-    assert found.passive
-    rows = len(found.up.time_s)
-    np.testing.assert_allclose(found.up.balance_j, whole.up.balance_j[-rows:], atol=1e-12)
 
 
 ENCODER = {"device.encoder_step_m": 5.5e-5, "device.velocity": "euler"}

@@ -20,7 +20,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
-from pmwvc_core.transport.packet import FLAG_LEAVING, Receipt, WavePacket, refused
+from pmwvc_core.transport.packet import FLAG_LEAVING, Receipt, WavePacket, refused, size_bytes
 from pmwvc_master.blocks import FrameBlock
 from pmwvc_master.devices import ros_topic as cdr
 
@@ -174,6 +174,7 @@ def packets(draw):
         echo_hold_ns=draw(whole),
         flags=draw(st.integers(0, 2**16 - 1)),
         session=draw(st.integers(0, 2**64 - 1)),
+        extra=tuple(draw(st.lists(finite, max_size=12))),
     )
 
 
@@ -181,6 +182,7 @@ def packets(draw):
 def test_bytes_are_those_of_the_middleware_and_read_back(packet):
     dof = np.size(packet.wave)
     data = wave_bytes(packet, STAMP_NS, dof=dof)
+    assert len(data) == size_bytes(dof, len(packet.extra))
     message = messages.wave(LIVE, packet, STAMP_NS, dof=dof)
     assert deserialize_message(data, LIVE.Wave) == message
     for source in (data, serialize_message(message)):
