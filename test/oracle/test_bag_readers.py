@@ -20,7 +20,7 @@ from support import handmade
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.salvage import Salvage, messages_in
+from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_core.runtime.messages import nanoseconds
 
 TRACES = handmade.session(duration_s=0.8, users=1)
@@ -43,7 +43,7 @@ def data(folder):
 def read(data):
     """The messages that a file gives back, and what is said of it."""
     found = Salvage()
-    return list(messages_in(io.BytesIO(data), found)), found
+    return list(messages(io.BytesIO(data), found)), found
 
 
 @pytest.mark.parametrize("bare", [False, True])
@@ -82,7 +82,8 @@ def test_hashes_of_types_are_those_that_ros_computed():
     for type_name in schemas.OUR_TYPES:
         known = json.loads((share / f"{type_name.rpartition('/')[2]}.json").read_text())
         hashes = {entry["type_name"]: entry["hash_string"] for entry in known["type_hashes"]}
-        assert schemas.hash_of(schemas.schema_text(type_name), type_name) == hashes[type_name]
+        store = schemas.store_of((schemas.schema_text(type_name), type_name))
+        assert store.hash_rihs01(type_name) == hashes[type_name]
 
 
 def whole_chunks(data):

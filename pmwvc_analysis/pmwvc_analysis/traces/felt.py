@@ -242,4 +242,4 @@ def encoder_noise_m_s(user: User | None) -> float:
     """
     if user is None or not user.device.differences:
         return 0.0
-    return 2.0 * user.device.encoder_step_m / (user.master.tick_s * math.sqrt(6.0))
+    return 2.0 * float(user.device.encoder_step_m) / (user.master.tick_s * math.sqrt(6.0))
