@@ -151,46 +151,6 @@ def test_two_users_press_the_cube_and_get_its_force(controller):
             assert news[-1].endswith("left") and "is coupled" in news[-2], news
 
 
-def test_a_killed_server_leaves_the_masters_damping_and_a_new_one_couples_them_again():
-    with session(**BILATERAL) as run:
-        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
-        run.settled()
-        run.server.process.send_signal(signal.SIGKILL)
-        run.until_states(MasterTrace.DAMPING, MasterTrace.DAMPING)
-        count = {user: len(blocks) for user, blocks in run.blocks.items()}
-        run.server = run.stack.enter_context(start_server(**BILATERAL))
-        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
-        run.steps.clear()
-        run.settled()
-        assert run.steps[-1].step > run.steps[0].step
-        for user in SIDES:
-            damping = [b for b in run.blocks[user] if b.state == MasterTrace.DAMPING]
-            assert damping and damping[0].reason
-            assert no_step_of_force(run, user, since=max(count[user] - 200, 0))
-
-
-def test_a_killed_master_leaves_a_steady_cube_and_comes_back():
-    with session(**BILATERAL) as run:
-        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
-        run.settled()
-        before = run.steps[-1]
-        run.masters["user2"].process.send_signal(signal.SIGKILL)
-        run.peer.until(lambda: run.steps[-1].state[1] == ServerTrace.DAMPING)
-        run.peer.until(lambda: run.steps[-1].state[1] == ServerTrace.ABSENT)
-        gone = [step for step in run.steps if step.step > before.step]
-        # 1 N against an object damping of 20 N s/m: 50 mm/s at most, and no stored force let loose
-        assert max(abs(step.xd_o[0]) for step in gone) < 0.06
-        assert no_step_of_force(run, "user1")
-        run.blocks["user2"].clear()
-        run.start("user2")
-        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
-        run.settled()
-        assert no_step_of_force(run, "user1")
-        assert no_step_of_force(run, "user2")
-        epochs = {block.epoch for block in run.blocks["user2"]}
-        assert len(epochs) == 1
-
-
 def test_contact_object_and_coupling_change_in_flight_without_energy_or_a_jump():
     with session(**BILATERAL) as run:
         run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
@@ -304,3 +264,39 @@ def test_the_scene_is_shown_to_whoever_looks(pressed):
     assert all(marker.header.frame_id == "world" for marker in last.markers)
     assert names["user2/avatar"].action == Marker.ADD
     assert names["user1/avatar"].pose.position.x < names["user2/avatar"].pose.position.x
+
+
+def test_a_killed_master_leaves_a_steady_cube_and_comes_back(pressed):
+    run = pressed
+    count, since = len(run.steps), len(run.blocks["user1"])
+    run.masters["user2"].process.send_signal(signal.SIGKILL)
+    run.peer.until(lambda: run.steps[-1].state[1] == ServerTrace.DAMPING)
+    run.peer.until(lambda: run.steps[-1].state[1] == ServerTrace.ABSENT)
+    gone = run.steps[count:]
+    # 1 N against an object damping of 20 N s/m: 50 mm/s at most, and no stored force let loose
+    assert max(abs(step.xd_o[0]) for step in gone) < 0.06
+    assert no_step_of_force(run, "user1", since)
+    run.blocks["user2"].clear()
+    run.start("user2")
+    run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+    run.settled()
+    assert no_step_of_force(run, "user1", since)
+    assert no_step_of_force(run, "user2")
+    epochs = {block.epoch for block in run.blocks["user2"]}
+    assert len(epochs) == 1
+
+
+def test_a_killed_server_leaves_the_masters_damping_and_a_new_one_couples_them_again(pressed):
+    run = pressed
+    run.server.process.send_signal(signal.SIGKILL)
+    run.until_states(MasterTrace.DAMPING, MasterTrace.DAMPING)
+    count = {user: len(blocks) for user, blocks in run.blocks.items()}
+    run.server = run.stack.enter_context(start_server(**BILATERAL))
+    run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+    run.steps.clear()
+    run.settled()
+    assert run.steps[-1].step > run.steps[0].step
+    for user in SIDES:
+        damping = [b for b in run.blocks[user] if b.state == MasterTrace.DAMPING]
+        assert damping and damping[0].reason
+        assert no_step_of_force(run, user, since=max(count[user] - 200, 0))

@@ -21,7 +21,7 @@ from pmwvc_core.simulation.session import simulate_one
 
 PRESS = {
     "name": "press",
-    "duration_s": 8.0,
+    "duration_s": 5.0,
     "controller": "virtual_coupling",
     "users": 2,
     "operator": {"kind": "constant", "force": 1.0},
@@ -103,7 +103,7 @@ def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(
 
 def test_a_damper_within_its_rule_does_not_chatter_on_an_encoder():
     """The control is half of what stops the device: 10 um steps then drive it."""
-    words = ["controller=tdpa", "duration_s=8", "device.encoder_step_m=1e-5"]
+    words = ["controller=tdpa", "duration_s=5", "device.encoder_step_m=1e-5"]
     words.append("device.velocity=euler")
     scenarios = [
         load("carry_16ms", settings_texts=[*words, f"baseline.tdpa.damping_max={most}"])

@@ -1,7 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a linear link with delay can render: Z_wall/Z_free <= coth^2(s tau/2), whatever it is made
-of, as long as it is passive (docs/paper.md, section 5).
+"""What a linear link with delay can render: Z_wall/Z_free <= coth^2(s tau/2) at every real s > 0,
+whatever it is made of, as long as it is passive (docs/paper.md, section 5). At rest K_ch/M_ch <=
+4/tau^2: K_ch the spring through which a wall is felt, M_ch the mass felt in free space.
+
+Proof. For b > 0 let Gamma = (b - Z)/(b + Z). A held or free far end is lossless, so Z is positive
+real and Gamma contractive. Before tau the port cannot know its far end, so both responses agree
+until then::
+
+    Gamma_free - Gamma_wall = e^(-s tau) G(s),   G analytic and bounded for Re s > 0
+
+with |G| <= 2 on the axis, hence |G| <= 2 for Re s > 0. Let q = e^(-s tau) and r^2 = Z_wall/Z_free
+> 1 at a real s > 0; b = sqrt(Z_wall Z_free) gives::
+
+    Gamma_free - Gamma_wall = 2 (r - 1)/(r + 1) <= 2 q
+
+and r <= (1 + q)/(1 - q) = coth(s tau/2).
+
+Equations: docs/theory.md 11.8.
 """
 
 import numpy as np

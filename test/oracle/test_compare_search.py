@@ -20,7 +20,7 @@ from pmwvc_core.controllers.record import loop_of
 from pmwvc_core.simulation.session import simulate, simulate_one
 
 CASES = [("virtual_coupling", 0.016), ("tdpa", 0.05), ("pspm", 0.016)]
-COUNT, FIRST_S = 8, 5  # fewer settings than a comparison searches, on shorter sessions
+COUNT, FIRST_S = 5, 5  # fewer settings than a comparison searches, on shorter sessions
 
 
 @pytest.fixture(autouse=True)

@@ -3,7 +3,7 @@
 """Sessions drawn at random say no wrong word, against a judgement written for the test alone; and
 summary, terminal, report and page say the same.
 
-Twenty-one sessions have fixed seeds: of the first 25 those unlike an earlier one.
+Fifteen sessions have fixed seeds: of the first 25 those unlike the others.
 ``PMWVC_CAMPAIGN=300`` draws as many others, from the seed ``PMWVC_CAMPAIGN_FROM`` on.
 """
 
@@ -14,6 +14,7 @@ import re
 import numpy as np
 import pytest
 from support.own_judgement import own_judgement, stepped, wrong_words
+from support.simulated import unsearched
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.report.report import render
@@ -26,7 +27,8 @@ from pmwvc_view.simulated import SimulatedSession
 
 DRAWN = int(os.environ.get("PMWVC_CAMPAIGN", "0"))
 FIRST = int(os.environ.get("PMWVC_CAMPAIGN_FROM", "1000"))
-ALIKE = {14, 17, 19, 23}  # controller, channel, hand and axes of 5, 5, 2 and 0
+# Controller, channel, scenario, hand, coupling and changes of each are those of others.
+ALIKE = {0, 3, 7, 8, 13, 14, 17, 19, 22, 23}
 SEEDS = range(FIRST, FIRST + DRAWN) if DRAWN else sorted({*range(25)} - ALIKE)
 SNAPSHOT_S = 0.016
 PAGE_EVERY = 1 if DRAWN else 5  # sessions of which the page is looked at
@@ -188,6 +190,7 @@ def differences(found, terminal, report, said):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+@unsearched()
 def test_a_drawn_session_says_no_wrong_word(seed, recorded_data):
     scenario = drawn(seed, recorded_data)
     traces = stepped(scenario)

@@ -24,7 +24,7 @@ from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import SteppedSession, simulate_one
 
 SPARED = ("channel__arrivals__spared", "port__strict_master__spared")
-BEGIN_S, LEAST_J = 6.0, -1e-9
+BEGIN_S, LEAST_J = 3.0, -1e-9
 DELAY_S, STEP_S = 0.016, 0.008
 ROUND_TRIP_S = 2 * (DELAY_S + STEP_S)
 # The end that is told is the later one; a wave is on its way, and loops look once in a step.
@@ -37,7 +37,7 @@ OUTAGES = {
 }
 
 
-def session(link="", length_s=0.0, *, duration_s=10.0, channel="strict"):
+def session(link="", length_s=0.0, *, duration_s=7.0, channel="strict"):
     texts = [f"channel={channel}"]
     if link:
         texts.append(f"{link}.schedule={BEGIN_S} outage; {BEGIN_S + length_s} base")
@@ -112,7 +112,8 @@ def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
 
 
 def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
-    traces = simulated(files.load("blackout_2s", settings_texts=["channel=strict"]))
+    texts = ["channel=strict", "link.schedule=4 outage; 6 base"]
+    traces = simulated(files.load("blackout_2s", settings_texts=texts, duration_s=8.0))
     for user in traces.users:
         assert user.accounts["node"].min() >= LEAST_J  # the hand takes 0.5 mJ of it back
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
@@ -186,7 +187,7 @@ def test_what_is_played_later_leaves_them_apart(who, monkeypatch):
 
 def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
     texts = ["link.schedule=5 outage; 8 base"]
-    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=14.0)
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=12.0)
     traces = simulated(scenario)
     user = traces.users[0]
     passed_j = user.accounts["playout_released"]
@@ -194,7 +195,7 @@ def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
     found = budget(traces, scenario)
     assert found.closes
     assert found.active == []
-    node = found.parts["user1"]["node"][found.time_s > 11.0]
+    node = found.parts["user1"]["node"][found.time_s > 10.5]
     assert node == pytest.approx(KEPT_J, abs=2e-5)
     (entry,) = [each for each in user_energies(traces, scenario) if each.name == "user1"]
     assert least_j(entry) >= LEAST_J
@@ -203,9 +204,9 @@ def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
     assert [each.part for each in budget(blind, scenario).active] == ["node"]  # the control
 
 
-LASTED = {  # from 5 to 8 s
-    "losses in bursts": "link.schedule=5 ge_p=0.0833 ge_r=0.333; 8 base",
-    "a delay of 200 ms": "link.schedule=5 delay_s=0.2; 8 base",
+LASTED = {  # from 3 to 6 s
+    "losses in bursts": "link.schedule=3 ge_p=0.0833 ge_r=0.333; 6 base",
+    "a delay of 200 ms": "link.schedule=3 delay_s=0.2; 6 base",
 }
 
 
@@ -214,7 +215,7 @@ def left(name, *settings, after_s=10.0):
     distance from device to avatar that is still undelivered, in both directions [m].
     """
     texts = ["channel=strict", LASTED[name], *settings]
-    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=8.0 + after_s)
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=6.0 + after_s)
     batch = SteppedSession(scenario)
     batch.run(lambda _: None)
     end_ns, found, undelivered = batch.ticks * batch.tick_ns, [], 0.0

@@ -2,15 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stability of the exact model against printed and checked numbers, and against a second route."""
 
+import dataclasses
+from typing import Any, NamedTuple
+
 import numpy as np
 import pytest
 from support import linear_loops
+from support.lab import offer
 
 from pmwvc_analysis.models.stability import k_max, radii, z_width
 from pmwvc_analysis.models.variation import with_stiffness
+from pmwvc_core import plugins
+from pmwvc_core.law.server.contacts import couple
+from pmwvc_core.law.wave.wave import wave_velocity
 from pmwvc_core.scenario.names import varied
+from pmwvc_core.server.couplings import COUPLINGS
 
-FRAME_S = 0.008
+FRAME_S, POLE_50_HZ = 0.008, 100.0 * np.pi
 # Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way.
 LARGEST = [
     ({"server__coupling": "one_frame_late"}, 50.0, (5280.5, 2470.8, 2166.0, 2224.2)),
@@ -36,6 +44,9 @@ LARGEST = [
         (8482.3, 3595.2, 2774.5, 2488.5),
     ),
     ({"controller": "direct"}, 50.0, (2500.0, 335.3, 47.1, 0.0)),
+    # 50 Hz read as -20 dB moves the limits, as -3 dB leaves nothing stable.
+    ({"server__coupling": "one_frame_late"}, POLE_50_HZ / np.sqrt(99.0), (4850, 2854, 2810, 3093)),
+    ({"server__coupling": "one_frame_late"}, POLE_50_HZ, (0.0,)),
 ]
 
 
@@ -46,6 +57,33 @@ def test_the_largest_stiffness_of_app_b(values, pole, largest):
             master__filter__pole_rad_s=pole, link__delay_s=frames * FRAME_S, **values
         )
         assert k_max(scenario).first == pytest.approx(expected, rel=5e-3, abs=1e-9)
+
+
+class AsPrinted(NamedTuple):
+    """App. B, Eq. 14 with the sign that it has in print."""
+
+    late: Any
+
+
+@couple.member(AsPrinted)
+def as_printed(p, avatars, body, law):
+    """Step one frame late, with the force of the other sign."""
+    avatars, *others = couple(p.late, avatars, body, law)
+    wrong = (wave_velocity(a.impedance, a.u, tuple(-f for f in a.f)) for a in avatars)
+    return tuple(a._replace(xd=xd) for a, xd in zip(avatars, wrong, strict=True)), *others
+
+
+def test_equation_14_as_published_is_far_from_its_own_figure(monkeypatch):
+    """The control: 5,280 N/m and less above."""
+    own = COUPLINGS.library["one_frame_late"]
+    law = {"law": lambda *of: AsPrinted(own.law(*of)), "linear": "printed"}
+    record = dataclasses.replace(own, name="printed", **law)
+    offer(monkeypatch, COUPLINGS.plugins.group, "lab_couplings", {"printed": record})
+    plugins.imported.cache_clear()
+    for frames, expected in ((0, 139), (3, 70)):
+        of = linear_loops.scenario(server__coupling="printed", link__delay_s=frames * FRAME_S)
+        assert k_max(of).first == pytest.approx(expected, rel=1e-2)
+    plugins.imported.cache_clear()
 
 
 @pytest.mark.parametrize("hold", ["zoh", "foh"])

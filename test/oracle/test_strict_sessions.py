@@ -17,7 +17,6 @@ from pmwvc_analysis.figures import link_charts
 from pmwvc_analysis.figures.recorded import conditions
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.law.channel.constants import FADE_S, HOLD_S
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.simulation.session import SteppedSession
 
@@ -25,7 +24,7 @@ B, DELAY_S, STEP_S = 25.0, 0.016, 0.008
 LEAST_J = -1e-9
 DISTURBED = {
     "jitter": ("link.jitter=uniform", "link.jitter_s=0.012"),
-    "loss that begins in the carry": ("seed=4", "link.schedule=6 loss=0.1; 9 base"),
+    "loss that begins in the carry": ("seed=4", "link.schedule=4 loss=0.1; 7 base"),
     "loss and duplicates": ("link.loss=0.2", "link.duplicate=0.1"),
     "reordering": ("link.jitter=uniform", "link.jitter_s=0.016", "link.keep_order=false"),
     "loss, short silence": ("link.loss=0.05", "safety.timeout_s=0.03"),
@@ -41,7 +40,7 @@ WILD = (
 )
 
 
-def ran(channel, *settings, duration_s=12.0, out=()):
+def ran(channel, *settings, duration_s=10.0, out=()):
     """Run ``carry_16ms``; ``out``: stretches of time [s] in which no packet passes."""
     texts = [f"channel={channel}", *settings]
     scenario = files.load("carry_16ms", settings_texts=texts, duration_s=duration_s)
@@ -82,7 +81,7 @@ def late_s(batch, user):
 
 @pytest.mark.parametrize("name", DISTURBED)
 def test_a_disturbed_link_neither_drifts_nor_kicks(name):
-    calm = files.load("carry_16ms", settings_texts=["channel=strict"], duration_s=12.0)
+    calm = files.load("carry_16ms", settings_texts=["channel=strict"], duration_s=10.0)
     most_n = 1.5 * max(np.abs(user.f_applied).max() for user in simulated(calm).users)
     batch, traces, scenario = ran("strict", *DISTURBED[name])
     for i, (user, energy) in enumerate(
@@ -106,38 +105,6 @@ def test_a_wild_link_is_passive_and_the_plain_channel_is_not():
         least[channel] = min(map(least_j, energies))
     assert least["strict"] >= LEAST_J
     assert least["plain"] < 10.0 * LEAST_J
-
-
-def test_an_outage_ends_in_damping_and_comes_back_under_the_slew_limit():
-    _, traces, scenario = ran("strict", duration_s=9.0, out=[(4.0, 4.5)])
-    _, plain, _ = ran("plain", duration_s=9.0, out=[(4.0, 4.5)])
-    slew = scenario.users[0].safety.max_slew * scenario.tick_s
-    for i, (user, energy) in enumerate(
-        zip(traces.users, user_energies(traces, scenario), strict=True)
-    ):
-        assert least_j(energy) >= LEAST_J
-        assert np.abs(np.diff(user.f_applied[:, 0])).max() <= slew * (1.0 + 1e-9)
-        wait = 4000 + np.argmax(np.abs(user.v_m[4000:, 0]) < 0.05)
-        assert wait < 4000 + 1000 * (DELAY_S + HOLD_S + FADE_S + 3 * STEP_S)
-        assert np.all(np.abs(user.v_m[wait:4500]) < 0.05)
-        given = user.f_applied[4020:4500, 0] * np.diff(user.x_m[4020:4501, 0])
-        braked = np.cumsum(given[wait - 4020 :])
-        assert braked.min() >= -1e-9  # a brake: no more than the hand put in, at any time
-        assert given.sum() > 1e-3
-        assert apart_m(traces, i)[-500:].mean() < 0.5 * apart_m(plain, i)[-500:].mean()
-        assert np.abs(user.f_applied[-1, 0]) > 1.0  # the grip is back; plain has lost it
-    assert max(np.abs(user.f_applied[-1, 0]) for user in plain.users) < 0.5
-
-
-def test_a_single_outage_of_one_way_is_made_up_for():
-    texts = ["channel=strict"]
-    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=10.0)
-    batch = SteppedSession(scenario)
-    cut(batch.users[0].down, [(4.0, 4.6)])
-    batch.run(lambda _: None)
-    traces = batch.traces()
-    assert apart_m(traces, 0)[4500] < 8e-3  # 17 mm where nothing brakes
-    assert apart_m(traces, 0)[5600:].max() < 2.6e-3  # 0.1 mm more than F (T1 + T2)/(2b) + 1 mm
 
 
 def test_the_force_starts_from_zero_only_behind_a_restart_or_a_release():

@@ -145,20 +145,6 @@ def test_a_sum_of_energy_that_falls_takes_nothing_back_and_pays_nothing_twice():
     assert end.received_j == pytest.approx(0.3, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["wave", "integral", "energy", "position"])
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_a_packet_with_a_value_that_is_no_number_changes_nothing(name, value):
-    ends = [Master(), Master()]
-    for end in ends:
-        end.run(1, packet(1)).run(1, packet(2, wave=0.1, integral=0.0008, energy=0.01))
-    ends[0].run(1, packet(3, **{name: value}))
-    ends[1].run(1)
-    for end in ends:
-        end.run(20, packet(4, integral=0.002, energy=0.02))
-    assert ends[0].received_j == ends[1].received_j == pytest.approx(0.02)
-    assert ends[0].moved == ends[1].moved != 0.0
-
-
 def test_a_wave_longer_than_any_legal_one_is_refused_and_the_longest_is_not():
     for longer, counted_j in ((1e-9, 0.0), (-1e-9, 0.01)):
         end = Master().run(1, packet(1))

@@ -33,7 +33,7 @@ import yaml
 from pmwvc_bringup.session.surroundings import node_environment
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 
-LONGEST_S = 60.0  # no process of a test lives longer
+LONGEST_S = 180.0  # no process of a test lives longer
 ANSWER_S = 3.0  # for an answer, until it is asked for again
 PATIENCE_S = 100.0  # for an event that has to come
 _PR_SET_PDEATHSIG = 1

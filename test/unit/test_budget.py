@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every joule of a session is accounted for, and the part that made some is named."""
 
-import copy
 import json
 
 import numpy as np
@@ -17,31 +16,22 @@ from pmwvc_analysis.verdicts.passivity import Passivity, budget_lines, component
 from pmwvc_core.simulation.session import simulate_one
 
 
-def simulated(name, *settings, duration_s=4.0):
+def simulated(name, *settings, duration_s=2.0):
     scenario = files.load(name, settings_texts=settings, duration_s=duration_s)
     return simulate_one(scenario), scenario
 
 
 @pytest.fixture(scope="module")
 def pressed():
-    return simulated("thesis_controlled_16ms")
+    return simulated("thesis_controlled_16ms", duration_s=4.0)
 
 
 EXACT = ("device.velocity=exact", "device.encoder_step_m=0.0")
-EQUIVALENT = ("master.velocity_filter.kind=equivalent", "master.velocity_filter.share=0.5")
-CHANGES = [
+CHANGES = [  # others: oracle/test_accounts.py, test_falsified.py
     ("carry_16ms", "dof=3"),
-    ("carry_16ms", "device.damping=3", "server.object_damping=4"),
-    ("carry_16ms", "master.filter.kind=integrate_and_dump", "link.loss=0.1", "link.duplicate=0.1"),
     ("carry_16ms", "server.period_s=0.004", "master.rate_drop=16", "master.hold=zoh"),
-    ("carry_16ms", "server.coupling=one_frame_late", "server.object_damping=4"),
-    ("carry_16ms", "server.coupling=unwrapped", "server.integrator=trapezoid"),
     ("carry_16ms", "server.coupling=one_step_delay", "server.contact_stiffness=20000"),
-    ("wall", "operator.kind=constant", "operator.force=6", "device.workspace_m=0.05"),
-    ("wall_filtered", *EXACT),
     ("wall_filtered", *EXACT, "master.velocity_filter.kind=complementary", "dof=2"),
-    ("wall_filtered", *EXACT, *EQUIVALENT),
-    ("wall_filtered", *EXACT, *EQUIVALENT, "safety.max_force=0.6", "safety.max_slew=40"),
 ]
 
 
@@ -54,16 +44,9 @@ def test_the_budget_of_every_scenario_closes_to_rounding(name):
 
 @pytest.mark.parametrize(("name", "settings"), [(c[0], c[1:]) for c in CHANGES])
 def test_it_closes_whatever_takes_the_energy(name, settings):
-    found = budget(*simulated(name, *settings, duration_s=6.0))
+    found = budget(*simulated(name, *settings, duration_s=4.0))
     assert found.notes == []
     assert found.closes, np.abs(found.residual_j).max()
-
-
-def test_hands_are_the_sum_of_parts_and_residual(pressed):
-    found = budget(*pressed)
-    parts = sum(sums for each in found.parts.values() for sums in each.values())
-    hands = sum(found.hands.values())
-    np.testing.assert_allclose(hands - parts, found.residual_j, atol=1e-15)
 
 
 def test_a_press_at_rest_has_its_energy_in_the_springs(pressed):
@@ -90,6 +73,7 @@ def test_a_damper_takes_its_force_times_the_way():
         "device.damping=2",
         "server.gap_m=1",
         "device.workspace_m=3",
+        duration_s=4.0,
     )
     found = budget(traces, scenario)
     user = traces.users[0]
@@ -117,7 +101,7 @@ def test_late_decoding_is_named_where_it_drives_the_session():
 
 
 def test_direct_coupling_over_a_delay_is_named():
-    found = budget(*simulated("direct_16ms"))
+    found = budget(*simulated("direct_16ms", duration_s=4.0))
     assert {entry.part for entry in found.active[:2]} == {"link"}
     said = component(found.active[0], Passivity(tuple(found.findings)))
     assert "link in both directions" in said
@@ -139,7 +123,7 @@ def test_a_link_that_amplifies_is_named_with_what_it_gave():
 
 
 def test_the_rate_drop_is_named_with_its_filter():
-    traces, scenario = simulated("carry_16ms")
+    traces, scenario = simulated("carry_16ms", duration_s=4.0)
     user = traces.users[0]
     user.energy["u_tx"] = 1.5 * user.energy["u_m"]
     found = budget(traces, scenario)
@@ -147,20 +131,9 @@ def test_the_rate_drop_is_named_with_its_filter():
     assert ("user1", "filter_and_rate_drop") in [(e.owner, e.part) for e in found.active]
 
 
-def without_blocks(user, gone, ticks=8):
-    """Take blocks out of the record of a master."""
-    rows = np.r_[gone.start * ticks : gone.stop * ticks]
-    for name, values in vars(copy.copy(user)).items():
-        if isinstance(values, np.ndarray) and len(values) == len(user.lateness_s):
-            setattr(user, name, np.delete(values, rows, axis=0))
-    blocks = np.r_[gone]
-    user.block_time_s = np.delete(user.block_time_s, blocks)
-    user.energy = {name: np.delete(sums, blocks) for name, sums in user.energy.items()}
-
-
 def test_missing_records_are_noted_and_the_budget_still_nearly_closes():
-    traces, scenario = simulated("carry_16ms", "device.damping=3")
-    without_blocks(traces.users[0], slice(300, 303))
+    traces, scenario = simulated("carry_16ms", "device.damping=3", duration_s=4.0)
+    handmade.without_blocks(traces.users[0], slice(300, 303))
     found = budget(traces, scenario)
     assert found.notes == ["user1: 24 ticks not recorded"]
     assert found.closes
@@ -183,7 +156,7 @@ def test_the_budget_ends_where_a_master_was_started_again():
 
 
 def test_unmeasured_hand_force_is_taken_from_the_device():
-    traces, scenario = simulated("carry_16ms")
+    traces, scenario = simulated("carry_16ms", duration_s=4.0)
     known = budget(traces, scenario)
     traces.users[0].f_h = np.full_like(traces.users[0].f_h, np.nan)
     found = budget(traces, scenario)
@@ -194,9 +167,9 @@ def test_unmeasured_hand_force_is_taken_from_the_device():
 @pytest.mark.parametrize("measured", [True, False])
 def test_a_device_that_moves_at_the_first_tick_has_its_energy_of_the_hand(measured):
     """A person may hold it before the session begins; it then has energy to give."""
-    traces, scenario = simulated("carry_16ms")
+    traces, scenario = simulated("carry_16ms", duration_s=4.0)
     user, first = traces.users[0], 8 * 260  # ticks: the hand closes
-    without_blocks(user, slice(0, 260))
+    handmade.without_blocks(user, slice(0, 260))
     user.tick -= first
     user.xd_m[1:] *= 0.999  # as of a device that slows down at once
     moved_j = 0.5 * scenario.users[0].device.mass * float(user.xd_m[0, 0] ** 2)
@@ -209,7 +182,11 @@ def test_a_device_that_moves_at_the_first_tick_has_its_energy_of_the_hand(measur
 
 
 def test_quantised_sensors_are_distinguished_from_a_budget_that_does_not_close():
-    found = budget(*simulated("carry_16ms", "device.encoder_step_m=5e-5", "device.velocity=euler"))
+    found = budget(
+        *simulated(
+            "carry_16ms", "device.encoder_step_m=5e-5", "device.velocity=euler", duration_s=4.0
+        )
+    )
     assert found.closes
     assert found.notes == []
     assert found.parts["user1"]["sample_hold"][-1] < 0.0  # noise of the velocity gives out energy

@@ -65,13 +65,6 @@ def test_a_wrong_word_gets_the_way_out_and_leaves_nothing(pmwvc, tmp_path, words
     assert list(tmp_path.iterdir()) == []
 
 
-def test_all_mistakes_are_reported_at_once(pmwvc):
-    words = ["--set", "master.impedance=-1", "--set", "dof=7", "--set", "nonsense", "--users", "0"]
-    message = refused(pmwvc("run", "carry_0ms", *words))
-    for part in ("4 problems", "master.impedance = -1", "dof = 7", "--set nonsense", "users = 0"):
-        assert part in message
-
-
 def test_a_folder_in_use_is_refused(pmwvc, tmp_path):
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "notes.txt").write_text("mine")

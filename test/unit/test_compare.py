@@ -9,6 +9,8 @@ import pytest
 from support.command_line import here as pmwvc
 from support.command_line import refused
 
+from pmwvc_analysis.compare import settings
+
 
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory):
@@ -62,7 +64,8 @@ def test_the_report_holds_its_pictures(compared):
     assert (folder / "plots" / "compare_forces.svg").is_file()
 
 
-def test_a_row_says_how_its_parameters_were_found(tmp_path):
+def test_a_row_says_how_its_parameters_were_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(settings, "COUNT", 8)
     words = ["wall", "--controllers", "virtual_coupling", "--duration", "1", "--no-figures"]
     first = pmwvc("compare", *words, "--out", "rival", "--json", cwd=tmp_path)
     assert first.returncode == 0, first.stderr

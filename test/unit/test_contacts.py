@@ -13,7 +13,6 @@ from pmwvc_core.law.server.contacts import (
     attached,
     contact_energy,
     contact_force,
-    contact_unwrapped,
     detached,
     offset_of,
     slid,
@@ -84,20 +83,6 @@ def test_letting_go_drops_the_energy_of_the_spring(kind):
     assert stored_j == pytest.approx(0.5 * 500.0 * 0.004**2)
     loose, dropped_j = detached(c)
     assert (dropped_j, contact_energy(loose)) == (stored_j, 0.0)
-
-
-def test_an_unwrapped_force_fits_the_velocity_it_leaves():
-    free, xd_o, weight = 0.3, 0.05, 0.004
-
-    def force(c, free):
-        return contact_unwrapped(c, (free,), (xd_o,), B, weight)[0]
-
-    found = force(moved(made("bilateral"), 0.002), free)
-    xd = free - found / B
-    assert found == pytest.approx(500.0 * (0.002 + weight * xd) + 10.0 * (xd - xd_o))
-    pressed = made(depth=0.002)
-    assert force(pressed, free) == pytest.approx(found)
-    assert force(pressed, -5.0) == force(made(depth=-0.02), free) == 0.0
 
 
 def mean_push(p0, rate, k, damping):

@@ -53,16 +53,6 @@ def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc,
     assert summary["parameters"]["four_channel.forward"] == 0.1
 
 
-def test_its_parameters_are_compared_and_its_extra_signals_are_felt(pmwvc, tmp_path):
-    """Force fed forward makes the link stiffer: the device is nearer to its avatar."""
-    over = ["--over", "four_channel.forward=0,0.6", *FOUR, "--duration", "4", "--json"]
-    result = pmwvc("compare", "carry_0ms", *over, "--no-figures", "--out", tmp_path / "all")
-    assert result.returncode == 0, result.stderr
-    without, with_force = json.loads(result.stdout)["sessions"]
-    assert with_force["coherency_rms_m"] < 0.7 * without["coherency_rms_m"]
-    assert without["parameters"]["four_channel.stiffness"] == 200.0
-
-
 def test_wrong_parameters_of_a_plug_in_are_refused_like_those_of_the_library(pmwvc):
     for setting, text in (
         ("four_channel.forward=2", "four_channel.forward = 2.0: must be 0..1"),
@@ -71,31 +61,6 @@ def test_wrong_parameters_of_a_plug_in_are_refused_like_those_of_the_library(pmw
         result = pmwvc("simulate", "carry_0ms", *FOUR, "--set", setting)
         assert result.returncode != 0
         assert text in result.stderr
-
-
-def test_a_controller_of_another_package_has_an_exact_model(pmwvc):
-    found = {}
-    for stiffness in (200.0, 2000.0):
-        settings = ("--set", f"four_channel.stiffness={stiffness}", "--json")
-        result = pmwvc("stability", "carry_16ms", *FOUR, *settings)
-        assert result.returncode == 0, result.stderr
-        found[stiffness] = json.loads(result.stdout)
-    assert found[200.0]["spectral_radius"] < found[2000.0]["spectral_radius"]
-    [note] = [note for note in found[200.0]["notes"] if "another package" in note]
-    assert "controller = four_channel" in note
-    assert "signals of up to 8 mm" in note
-
-
-def test_an_environment_of_another_package_has_parameters(tmp_path):
-    words = ["wall_slow", "--set", "server.environment=jelly", "--duration", "2"]
-    forces = []
-    with example_of(tmp_path, "environments.md") as run:
-        for damping in (4, 8):
-            of = ("--set", f"jelly.damping={damping}", "--out", tmp_path / f"with_{damping}")
-            result = run("simulate", *words, *of, "--no-figures", "--json")
-            assert result.returncode == 0, result.stderr
-            forces.append(json.loads(result.stdout)["users"][0]["force_peak_n"])
-    assert forces[0] != forces[1]
 
 
 SOFT = dataclasses.replace(library.LIBRARY["pmwvc"], name="soft", words="Damped waves.")

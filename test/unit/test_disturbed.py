@@ -7,8 +7,8 @@ takes away.
 import numpy as np
 import pytest
 from support import handmade
+from support.simulated import quick_summary
 
-from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
@@ -31,14 +31,14 @@ def disturbed(start_s, end_s, *, at_server=False):
 
 
 def checked(traces, **overrides):
-    return summary(traces, handmade.scenario(duration_s=DURATION_S, **overrides))["check"]
+    return quick_summary(traces, handmade.scenario(duration_s=DURATION_S, **overrides))["check"]
 
 
 @pytest.mark.parametrize("channel", ["plain", "strict"])
 def test_a_session_in_which_nothing_ever_arrived_is_not_judged_and_does_not_pass(channel):
     texts = [f"channel={channel}", "link.loss=1"]
     scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=4.0)
-    found = summary(simulate_one(scenario), scenario)
+    found = quick_summary(simulate_one(scenario), scenario)
     assert found["stable"] is None
     assert "Predicted stable: it was." not in [each["text"] for each in found["outcomes"]]
     assert not found["check"]["passed"]

@@ -111,7 +111,8 @@ def unchecked(scenario):
 @pytest.mark.parametrize("case", CASES)
 def test_a_falsified_trace_is_noticed_or_listed(case):
     name, *settings = CASES[case]
-    scenario = files.load(name, settings_texts=settings, duration_s=9.0)
+    lasts_s = 9.0 if case == "pspm" else 5.0  # there, only once it was carried for a while
+    scenario = files.load(name, settings_texts=settings, duration_s=lasts_s)
     traces = simulate_one(scenario)
     assert budget(traces, scenario).closes
     assert inconsistencies(traces, scenario) == []

@@ -53,26 +53,6 @@ def test_dissipation_that_is_counted_has_no_linear_relative():
         build(scenario)
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"server__compensation": "none"} | BLACK_BOX,
-        {"server__compensation": "none"} | BLACK_BOX | {"server__environment": "wall_with_slope"},
-        {"master__position__gain": 10.0, "master__position__feedback": "printed"},
-        {"master__velocity_filter__kind": "exact"},
-        {"master__bank__kind": "dissertation"},
-        {"controller": "virtual_coupling"},
-        {"server__compensation": "ledger"},  # only behind a port that knows nothing
-        {"dof": 2, "master__impedance_matrix": "26 9; 9 20"},
-        {"dof": 2, "master__impedance_matrix": "26 9; 9 20", "controller": "direct"},
-    ],
-)
-def test_what_is_linear_is_answered(values):
-    scenario = linear_loops.scenario(**values)
-    assert relative(scenario) is None
-    assert build(scenario).states
-
-
 @pytest.mark.parametrize("name", files.known())
 def test_every_scenario_is_linear_or_has_a_linear_relative(name):
     scenario = files.load(name)

@@ -48,12 +48,6 @@ def test_a_fate_states_number_times_size_and_kind():
     assert (fate.kind, fate.cause, fate.size) == (FateKind.DELIVERED, Cause.NONE, 126)
 
 
-def test_everything_is_lost_or_nothing():
-    (fate,) = link(loss=1.0).send("a", 7)
-    assert (fate.kind, fate.cause, fate.time_due_ns) == (FateKind.LOST, Cause.LOSS, 0)
-    assert link(loss=0.0).send("a", 7)[0].kind is FateKind.DELIVERED
-
-
 def test_a_copy_comes_out_beside_its_original():
     channel = link(duplicate=1.0, delay_s=0.001)
     original, copy = channel.send("a", 0)
@@ -157,12 +151,6 @@ def test_a_queue_bounded_in_bytes_drops_what_does_not_fit():
     assert kinds == [FateKind.DELIVERED] * 3 + [FateKind.DROPPED_QUEUE] * 2
     assert channel.send(5, 0, size_bytes=500)[0].kind is FateKind.DELIVERED  # this still fits
     assert channel.send(6, 8 * MS, size_bytes=1000)[0].kind is FateKind.DELIVERED
-
-
-def test_slots_let_packets_out_together():
-    dues = dues_ms(link(slot_min_s=0.01, slot_max_s=0.01), range(25))
-    assert sorted(set(dues)) == [10.0, 20.0, 30.0]
-    assert [dues.count(instant) for instant in (10.0, 20.0, 30.0)] == [11, 10, 4]
 
 
 def test_packets_that_are_sent_at_once_overtake():

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command line with a link effect of another package."""
+"""The command line on links: what their effects do, also those of another package."""
 
 import json
-import re
 
 import pytest
-from support.command_line import refused
+from support.command_line import here
 from support.lab import example_of
 
 BURSTS = ("--set", "link.effects=bursts:rate=0.01:stay=0.5")
@@ -29,16 +28,11 @@ def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tm
     assert "bursts of loss" in (out / "report.html").read_text("utf-8")  # drawn at the link
 
 
-def test_an_effect_of_another_package_is_compared(pmwvc, tmp_path):
-    over = ["--over", "link.effects=bursts:rate=0:stay=0,bursts:rate=0.02:stay=0.6", "--json"]
-    words = ["wall", *over, "--no-figures", "--duration", "3", "--out", tmp_path / "all"]
-    result = pmwvc("compare", *words)
-    assert result.returncode == 0, result.stderr
-    calm, lossy = json.loads(result.stdout)["sessions"]
-    assert calm["settings"] == {"link.effects": "bursts:rate=0:stay=0"}
-    assert lossy["force_error_rms_n"] > calm["force_error_rms_n"]
-
-
-def test_wrong_numbers_are_refused_before_the_session(pmwvc):
-    text = refused(pmwvc("simulate", "carry_16ms", "--set", "link.effects=bursts:rate=2:stay=0"))
-    assert re.search(r"link.up.effects = .*bursts: rate = 2.0: must be", text)
+def test_links_are_shown_with_their_effects_and_mean_delay(tmp_path):
+    words = ["links", "carry_16ms", "--users", "1", "--set", "link.preset=continental"]
+    answer = here(*words, "--json", cwd=tmp_path)
+    (up, down) = json.loads(answer.stdout)["links"]
+    assert up["name"] == "user1/up" and up["mean_delay_s"] == pytest.approx(0.022)
+    assert up["does"][0] == "22 ms on the mean" and down["does"] == up["does"]
+    assert any("in bursts" in effect for effect in up["does"])
+    assert f"user1/up: {', '.join(up['does'])}" in answer.stderr

@@ -7,7 +7,6 @@ import re
 import subprocess
 from html.parser import HTMLParser
 
-import numpy as np
 import pytest
 from support import handmade
 from support.command_line import ROOT, here
@@ -16,7 +15,6 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.session_files import finish
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_core.words import cell, quantity
 
 VOID = {"meta", "img", "br"}
 
@@ -131,21 +129,6 @@ def test_finish_writes_summary_report_and_plots(tmp_path):
     assert not re.search(r"https?://(?!www\.w3\.org/)", (tmp_path / "report.html").read_text())
     assert "Nothing is missing in the recording." in found.text
     assert "master.impedance 25.0" in found.text
-
-
-@pytest.mark.parametrize(
-    ("text", "wanted"),
-    [
-        *((quantity(value, "J"), text) for value, text in ((0.0, "0 J"), (1.234, "1.23 J"))),
-        *((quantity(value, "J"), text) for value, text in ((-2e-3, "-2 mJ"), (4.5e-7, "450 nJ"))),
-        *((quantity(value, "J"), "–") for value in (None, float("nan"))),
-        *((cell(value), text) for value, text in ((None, "–"), (True, "yes"), (3, "3"))),
-        *((cell(value), text) for value, text in ((0.012345, "0.0123"), ([1.0, None], "1, –"))),
-        (cell(np.float64(0.002).item(), 1e3), "2"),
-    ],
-)
-def test_quantities_and_cells_read_well(text, wanted):
-    assert text == wanted
 
 
 def test_a_report_that_finds_no_room_states_how_to_write_it_elsewhere(tmp_path):

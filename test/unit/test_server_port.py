@@ -86,16 +86,6 @@ def test_energy_keeps_its_account_through_coming_and_going():
     assert server.dissipated > 0.0
 
 
-def test_an_absent_user_gets_no_packet():
-    server = make(2)
-    server.join(0, -0.03)
-    returned = server.step([0.3, 5.0])
-    assert returned[1] == 0.0
-    assert (server.s.ports[1].u_j, server.s.ports[1].v_j) == (0.0, 0.0)
-    server.leave(1)  # nobody there: nothing happens
-    assert server.dissipated >= 0.0
-
-
 def test_avatar_and_device_share_a_frame_but_for_an_offset():
     """With equal impedances at both ends the avatar goes where the waves say the device goes."""
     server = make(1, gap_m=0.005)
@@ -108,11 +98,6 @@ def test_avatar_and_device_share_a_frame_but_for_an_offset():
     way = 100 * H * np.sqrt(2 / B_W) * -0.2
     assert server.x_s[0] - start == pytest.approx(way + server.offset[0] - begun)
     assert server.offset[0] == 0.0
-
-
-def test_the_contacts_own_impedance_goes_first():
-    server = Users(ServerParams(), [ContactParams(impedance=40.0), ContactParams()], b=30.0)
-    assert [port.avatar.impedance.b for port in server.s.ports] == [40.0, 30.0]
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)

@@ -5,12 +5,11 @@
 import numpy as np
 import pytest
 from support import plain as scenarios
-from support.simulated import judged, simulated
+from support.simulated import judged, quick_summary, simulated
 from support.strategies import text_of
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.prediction import prediction
-from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params.server import COUPLINGS
@@ -132,7 +131,7 @@ def test_recordings_fit_themselves_and_their_impedance():
     assert inconsistencies(traces, scenario) == []
     other = inconsistencies(traces, free(3, **{"server.impedance": 30.0}))
     assert any("F is not b xd - sqrt(2b) v_m" in line for line in other)
-    result = summary(traces, scenario)
+    result = quick_summary(traces, scenario)
     assert len(result["users"][0]["force_final_n"]) == 3
     assert all(user["passive"] for user in result["users"])
 

@@ -8,8 +8,8 @@ import dataclasses
 import numpy as np
 import pytest
 from support.plain import load
+from support.simulated import quick_summary
 
-from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.network.link import Link
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
@@ -76,7 +76,7 @@ def test_the_controlled_experiment_settles_where_the_closed_form_gives(
         duration_s=8.0,
     )
     traces = simulate_one(scenario)
-    result = summary(traces, scenario)
+    result = quick_summary(traces, scenario)
     assert result["stable"]
     press = [np.abs(traces.server.f_s[i][-1, 0]) / 500.0 for i in range(2)]
     assert press == pytest.approx([2e-3, 2e-3], rel=1e-6)

@@ -67,10 +67,15 @@ def test_a_key_is_for_its_owner_whatever_files_are_by_default(tmp_path):
     ("text", "expected"),
     [
         (quantity(-3.84, "J"), "-3.84 J"),
+        (quantity(4.5e-7, "J"), "450 nJ"),
+        *((quantity(value, "J"), "–") for value in (None, float("nan"))),
         (quantity(-4.2e-17, "J"), "0 J"),  # rounding
         (quantity(-0.384, "J"), "-384 mJ"),
         (cell(-4.2e-17, 1e3), "0"),
         (cell(-3.84, 1e3), "-3840"),
+        (cell(0.012345), "0.0123"),
+        (cell([1.0, None]), "1, –"),
+        (cell(True), "yes"),
         (share(1.5286), "1.53 times"),
         (share(0.0075), "0.75 % of"),
         (share(1.0), "100.00 % of"),
