@@ -15,9 +15,10 @@ from pmwvc_core import params
 from pmwvc_core.controllers import library
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.params import Spec, specs
+from pmwvc_core.params.behind import behind
 from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
 from pmwvc_core.params.names import joined, leaves, nested
-from pmwvc_core.params.user import ServerTimes, behind, server_times
+from pmwvc_core.params.user import ServerTimes, server_times
 from pmwvc_core.plugins import installed
 from pmwvc_core.scenario.conflicts import conflicts
 from pmwvc_core.server.couplings import COUPLINGS, Coupling

@@ -22,7 +22,7 @@ from pmwvc_core.frame import STALE_NS, DeviceSample
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams
-from pmwvc_core.params.user import scaled
+from pmwvc_core.params.behind import scaled
 from pmwvc_core.plugins import PluginGroup
 from pmwvc_core.wave.impedance import impedance_of, largest
 

@@ -11,7 +11,7 @@ are those behind ``device.scale``.
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant
 from pmwvc_core.numeric import Value
-from pmwvc_core.params.user import scaled
+from pmwvc_core.params.behind import scaled
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
