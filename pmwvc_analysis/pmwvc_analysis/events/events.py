@@ -10,7 +10,7 @@ kinds: docs/file_format.md.
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from pmwvc_analysis.events import limits, nodes
+from pmwvc_analysis.events import grips, limits, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
@@ -54,8 +54,9 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
     for user in traces.users:
         yield from nodes.of_master(user)
     if traces.server is not None:
-        grips = scenario is not None and any(u.contact.grips for u in scenario.users)
-        yield from nodes.of_server(traces, grips=grips)
+        holds = scenario is not None and any(u.contact.grips for u in scenario.users)
+        yield from nodes.of_server(traces, grips=holds)
+    yield from grips.events(traces, scenario)
     yield from faults(traces)
     yield from limits.events(limits.withheld(traces, scenario))
     if scenario is not None and not traces.live:

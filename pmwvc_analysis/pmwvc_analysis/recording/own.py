@@ -170,6 +170,9 @@ def _continuing(series: Series) -> list[bool]:
 
 
 def _as_neighbours(times_ns: NDArray[Any]) -> Flags:
-    """Tell which times differ from the median of five around them by less than ``CLOCK_NS``."""
+    """Tell which times differ from the median of five around them by less than ``CLOCK_NS`` more
+    than one usually does from the next.
+    """
     times = times_ns.astype(float)
-    return np.asarray(np.abs(times - median_filter(times, 5, mode="reflect")) < CLOCK_NS)
+    most_ns = CLOCK_NS + np.median(np.diff(times, prepend=times[:1]))
+    return np.asarray(np.abs(times - median_filter(times, 5, mode="reflect")) < most_ns)

@@ -63,16 +63,17 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     broken[gaps(user) + 1] = True
     broken[1:] |= np.diff(user.tick) < 0
     coupled = user.state[block_of_ticks(user)] == SafetyState.COUPLED
-    impact, together = np.zeros((2, len(user.time_s)), dtype=bool)
+    together, made_s = np.zeros(len(user.time_s), dtype=bool), [stops_s(user, scenario)]
     if server is not None:
         index = server.users.index(user.name)
         touches = touching(server, index)
-        made_s = server.time_s[begins(touches)]
-        latest = np.searchsorted(made_s, user.time_s, side="right") - 1
-        impact = (latest >= 0) & (user.time_s < np.append(made_s, 0.0)[latest] + th.IMPACT_S)
+        made_s.append(server.time_s[begins(touches)])
         row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
         avatar = server.state[index][row] == Presence.COUPLED
         together = np.asarray(coupled & avatar & (row >= 0))
+    latest_s = np.append(-np.inf, np.sort(np.concatenate(made_s)))
+    latest_s = latest_s[np.searchsorted(latest_s, user.time_s, side="right") - 1]
+    impact = user.time_s < latest_s + th.IMPACT_S
     lasted_s = np.append(np.diff(user.time_s), user.tick_s)  # as far as that is on record
     lasted_s[:-1][broken[1:]] = user.tick_s
     steps = np.where(impact, 0.0, _steps(user, broken))
@@ -97,7 +98,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         return found
     since = slice(int(np.argmax(felt_at)), None)
     below = size < 0.5 * undisturbed_n
-    if not scenario.environment.known:  # it may slip out of a grip, and be touched again
+    if scenario.environment.may_slip:  # out of a grip, and be touched again
         pushes = np.linalg.norm(server.f_s[index], axis=-1) >= 0.5 * undisturbed_n
         below &= ~together | (pushes[row] & ~impact)
     below[: since.start] = False
@@ -115,6 +116,15 @@ def touching(server: ServerTraces, index: int) -> Flags:
     if touches.any():
         return touches
     return np.asarray(np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > th.TOUCH_N)
+
+
+def stops_s(user: UserTraces, scenario: Scenario | None) -> Array:
+    """Return when a device came to a stop of its workspace, or left one [s]."""
+    known = next((u for u in scenario.users if u.name == user.name), None) if scenario else None
+    if known is None:
+        return np.zeros(0)
+    stop_m = known.device.workspace_m - 0.5 * known.device.encoder_step_m
+    return user.time_s[1:][np.diff(np.abs(user.x_m) >= stop_m, axis=0).any(axis=-1)]
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.energy import server_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
+from pmwvc_analysis.traces.felt import stops_s
 from pmwvc_analysis.traces.sums import beyond
 from pmwvc_analysis.verdicts.oscillation import Motion, shaking
 from pmwvc_core.numeric import Array
@@ -32,7 +33,7 @@ class Drive(NamedTuple):
     given_j: float
     moved_j: float  # work that went to and fro
     held_j: float  # most that masses and springs held of it
-    free: bool  # whether a hand moves as it likes: a person, or a motion or force that is given
+    free: bool  # whether a hand moves as it likes, a person or what is given, or met a stop
     steady: bool = False  # whether all that such hands do is push with a constant force
     made_j: float = 0.0  # what the links, or the server, gave out that did not go in
 
@@ -105,8 +106,9 @@ def drive(
     """
     if scenario is None:
         return UNKNOWN
-    free = any(map(is_free, scenario.users))
-    steady = not any(u.operator.kind != "constant" for u in scenario.users if is_free(u))
+    kinds = {user.operator.kind for user in scenario.users if is_free(user)}
+    stopped = any(_any_within(stops_s(u, scenario), start_s, end_s) for u in traces.users)
+    free, steady = bool(kinds) or stopped, kinds == {"constant"} and not stopped
     unknown = UNKNOWN._replace(free=free, steady=steady)
     given_j = moved_j = held_j = 0.0
     for user, mass, force, x, work_j in works(traces, scenario) if done is None else done:
@@ -139,6 +141,10 @@ def drive(
         taken, given, holds = server_sums(server)
         behind_j = made_j(server.time_s, taken - given - holds)
     return found._replace(made_j=max(hands_j, behind_j))
+
+
+def _any_within(times_s: Array, start_s: float, end_s: float) -> bool:
+    return bool(((times_s >= start_s) & (times_s <= end_s)).any())
 
 
 def is_free(user: User) -> bool:

@@ -112,9 +112,11 @@ def _judged(
         if own or not late.by_hands:
             return _of_lasting(found, motion, traces, scenario, shaken=None if own else shaken)
         rate_per_s, model = _expected(traces, scenario)
+        if not found.settled:
+            return _unsettled(found, motion, traces)
         moves = f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s"
         explained = f"{moves} beyond the voluntary band, not seen to come from the loop"
-        if not rate_per_s < 0.0:
+        if not rate_per_s < th.GROWS_PER_S:
             return _unknown(f"{explained}: whether the loop keeps it up is not known")
         explained = f"{explained}; {model}"
     if (length_s := traces.duration_s) < th.SHORTEST_S:
@@ -133,6 +135,12 @@ def _unknown(why: str) -> Verdict:
     return Verdict(None, None, why)
 
 
+def _unsettled(found: Strength, motion: Motion, traces: SessionTraces) -> Verdict:
+    since = f"{motion.since} {traces.duration_s - motion.since_s:.2f} s before the end"
+    speed = f"{found.late_m_s * 1e3:.1f} mm/s"
+    return _unknown(f"{since}; {motion.name} still moved with {speed}")
+
+
 def _of_lasting(
     found: Strength, motion: Motion, traces: SessionTraces, scenario: Scenario | None, *,
     shaken: float | None,
@@ -143,10 +151,7 @@ def _of_lasting(
     speed = f"{found.late_m_s * 1e3:.1f} mm/s"
     moves = f"{motion.name} moves with {speed} beyond the voluntary band"
     if not found.settled:
-        changed = scenario and stages(traces, scenario)[-1].start_s == motion.since_s
-        what = "a parameter changed" if changed else "contact was made or lost"
-        since = f"{traces.duration_s - motion.since_s:.2f} s before the end"
-        return _unknown(f"{what} {since}; {motion.name} still moved with {speed}")
+        return _unsettled(found, motion, traces)
     if shaken is not None:
         return _unknown(
             f"{moves}, while {shaken:.0%} of the time went by in waiting for late packets: "
@@ -174,8 +179,10 @@ def _expected(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, 
     rate = None
     if scenario is not None:
         rate = growth_per_s(stages(traces, scenario)[-1].scenario, live=traces.live)
-    if rate is None or not rate < 0.0:
+    if rate is None or not rate < th.GROWS_PER_S:
         return math.nan if rate is None else rate, ""
+    if rate > -th.NEUTRAL_PER_S:
+        return 0.0, "the exact model, hands off, does not grow"
     return rate, f"the exact model, hands off, decays by {-rate:.2g} per second"
 
 

@@ -44,6 +44,11 @@ class Environment(Record):
     # why it may give out energy of its own; empty where it has none
     own_energy: Callable[[ServerParams], str] = lambda params: ""
 
+    @property
+    def may_slip(self) -> bool:
+        """Whether its contacts are its own, so that what is held may slip out of a grip."""
+        return self.outside is not None
+
 
 def _wall(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Swing]:
     rest = (0.0,) * axes
