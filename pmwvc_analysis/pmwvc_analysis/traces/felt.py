@@ -98,7 +98,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         return found
     since = slice(int(np.argmax(felt_at)), None)
     below = size < 0.5 * undisturbed_n
-    if scenario.environment.may_slip:  # out of a grip, and be touched again
+    if scenario.environment.outside:  # it may slip out of a grip, and be touched again
         pushes = np.linalg.norm(server.f_s[index], axis=-1) >= 0.5 * undisturbed_n
         below &= ~together | (pushes[row] & ~impact)
     below[: since.start] = False
