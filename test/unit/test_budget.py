@@ -215,6 +215,13 @@ def test_quantised_sensors_are_distinguished_from_a_budget_that_does_not_close()
     assert found.parts["user1"]["sample_hold"][-1] < 0.0  # noise of the velocity gives out energy
 
 
+def test_of_a_measured_velocity_no_damper_is_said_to_generate_energy():
+    coarse = "device.encoder_step_m=1e-4", "device.velocity=euler"
+    found = budget(*simulated("stiff_24ms", *coarse, duration_s=3.0))
+    assert found.parts["user1"]["device_damping"].min() < -1e-4  # it is what is left over
+    assert "device_damping" not in {each.part for each in found.active}
+
+
 def test_without_scenario_or_server_there_is_no_budget():
     traces, scenario = simulated("wall", duration_s=1.0)
     assert budget(traces, None) is None

@@ -5,6 +5,7 @@
 import numpy as np
 import pytest
 from support import handmade
+from support import plain as scenarios
 from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
@@ -28,6 +29,14 @@ def test_a_whole_session_passes():
     assert result["check"] == {"passed": True, "reasons": []}
     assert result["interrupted"] == []
     assert result["judged_until_s"] == result["duration_s"]
+
+
+def test_an_outage_that_the_scenario_asks_for_ends_no_emulator():
+    texts = ["link.schedule=1.5 outage"]
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)
+    found = summary(simulate_one(scenario), scenario)
+    assert found["interrupted"] == []
+    assert found["judged_until_s"] == 3.0
 
 
 @pytest.mark.parametrize("who", ["server", "netem"])

@@ -125,7 +125,7 @@ def test_a_session_counts_exactly_and_its_report_has_it(tmp_path):
     [
         ({}, "Delay not known"),
         ({"round_trip": 0.03, "delay_open": 0.0}, "both ends read one clock"),
-        ({"round_trip": 0.03, "delay_open": 0.015}, "look the same"),
+        ({"round_trip": 0.03, "delay_open": 0.015}, "only the sum of both directions is known"),
     ],
 )
 def test_the_path_says_what_is_known_and_what_is_not(changed, words):

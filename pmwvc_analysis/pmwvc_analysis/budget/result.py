@@ -5,7 +5,8 @@
 A part that is not passive (:mod:`.criterion`) was *active*. What belongs together is judged
 together: the anti-aliasing filter pays for the rate drop and for a velocity filter, and a position
 feedback with an energy tank spends what filter, hold and link have kept. Behind counts of an
-encoder the work of node and sampling is not known: neither is judged.
+encoder the work of node and sampling is not known, nor is the heat in a device whose velocity is
+measured: none is judged.
 """
 
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from pmwvc_core.numeric import Array
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
+DAMPER = "device_damping"  # where sensors show something else than the device does, what is left
 AT_COUNTS = ("sample_hold", "node", "node_and_link_down")  # the true motion less that counted
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
@@ -74,7 +76,8 @@ class Budget:
     def judged(self) -> Iterator[tuple[str, str, Array]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            known = {n: sums for n, sums in parts.items() if n != MISSED}
+            unknown = {MISSED, *({DAMPER} if Remainder(owner, DAMPER) in self.remainders else ())}
+            known = {n: sums for n, sums in parts.items() if n not in unknown}
             for part in AT_COUNTS if owner in self.counts else ():
                 known.pop(part, None)
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves

@@ -46,7 +46,8 @@ def _few(found: Iterable[Event]) -> Iterator[Event]:
     for (who, kind), own in kinds.items():
         yield from own[:MOST]
         if rest := own[MOST:]:
-            text = f"{count(len(rest), 'more time')}, the last: {rest[-1]['what']}"
+            last = f"until {rest[-1]['time_s']:.2f} s, the last: {rest[-1]['what']}"
+            text = f"{count(len(rest), 'more time')} {last}"
             yield event(rest[0]["time_s"], who, kind, text)
 
 

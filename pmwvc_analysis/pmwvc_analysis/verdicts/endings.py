@@ -60,13 +60,16 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
 
 def _nodes(traces: SessionTraces) -> Iterator[tuple[str, str, float]]:
     """Yield the nodes on record, whose they are (empty: everybody's), and until when each was
-    recorded [s]; the emulator is by the packets that it relayed.
+    recorded [s]; the emulator is by the packets that came in.
     """
     for user in traces.users:
         yield f"{user.name} master", user.name, float(user.time_s[-1]) + user.tick_s
     if (server := traces.server) is not None and len(server.time_s):
         yield "server", "", float(server.time_s[-1] + server.periods_s[-1])
     came = [each.time_s for topic, each in traces.packets.items() if relayed(topic)]
+    zeros = traces.metadata.get("fate_zero_ns", {})
+    for link, fates in traces.fates.items():
+        came.append(1e-9 * (fates.time_in_ns - zeros.get(link, 0)))
     yield "netem", "", float(np.concatenate([*came, [0.0]]).max()) or math.inf
 
 

@@ -3,7 +3,7 @@
 """The counts and delays of each emulated link, and what came of its packets at their receiver."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,36 +16,18 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
 from pmwvc_core.words import count
 
-COUNTED = (
-    ("lost", "lost"), ("dropped", "dropped by a full queue"), ("duplicated", "delivered twice"),
-    ("reordered", "overtaken by a later one"), ("corrupted", "delivered with a bit flipped"),
-)  # fmt: skip
-CAME = {
-    "duplicate": "came again",
-    "reordered": "came behind a newer one",
-    "corrupted": "came corrupted",
-}
-OF_SENDERS = {
-    "stale": "of a sender that had left, or far from its numbers", "stranger": "of another sender",
-    "other_session": "of another session", "forged": "without the user's token",
-    "flood": "beyond the rate of a sender", "malformed": "that were no packets",
-    "not_finite": "with numbers that are not finite",
-    "wrong_length": "of other degrees of freedom", "wrong_period": "of another period",
-    "too_large": "with waves beyond any legal device",
-    "other_controller": "of another kind of controller",
-}  # fmt: skip
+DONE = ("lost", "dropped", "duplicated", "reordered", "corrupted")  # by a link
+SEEN = ("lost", "duplicate", "reordered", "corrupted")  # by a receiver, who refuses the others
 
 
 def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
     """Return the entries of ``links`` of a summary."""
-    found = map(_from_fates, traces.fates.values())
-    return sorted(found, key=lambda entry: str(entry["name"]))
+    return [_from_fates(fates) for _, fates in sorted(traces.fates.items())]
 
 
 def count_texts(link: Mapping[str, Any]) -> str:
     """Return in words what a link did to its packets."""
-    found = [f"{link[name]} {text}" for name, text in COUNTED if link[name]]
-    return f"of {count(link['sent'], 'packet')} {', '.join(found) or 'none was changed'}"
+    return f"of {count(link['sent'], 'packet')} {_named(link, DONE) or 'none was changed'}"
 
 
 def _from_fates(fates: FateTraces) -> dict[str, Any]:
@@ -68,18 +50,17 @@ def reception_summaries(traces: SessionTraces, scenario: Scenario | None) -> lis
     found, saved = [], left_out(traces, scenario)
     for link, received in sorted(traces.receptions.items()):
         passage = {name: number(value) for name, value in received.passage.items()}
-        text, ratio = counts_text(received), saved.get(link)
-        if ratio is not None:
-            words = "of the packets; none of these is lost."
-            text += f" The sender's deadband left out {ratio:.0%} {words}"
         entry = {
             "name": link,
             "counts": received.counts,
             "path": None if passage["round_trip"] is None else passage,
-            "left_out": ratio,
-            "text": text,
+            "left_out": (ratio := saved.get(link)),
+            "text": counts_text(received),
             "path_text": path_text(received.passage),
         }
+        if ratio is not None:
+            words = f"left out {ratio:.0%} of the packets; none of these is lost."
+            entry["text"] += f" The sender's deadband {words}"
         found.append(entry)
     return found
 
@@ -87,13 +68,14 @@ def reception_summaries(traces: SessionTraces, scenario: Scenario | None) -> lis
 def counts_text(received: ReceptionTraces) -> str:
     """Return what came in, in a sentence."""
     counts = received.counts
-    came = [f"{count(counts['lost'], 'number')} never came"] if counts["lost"] else []
-    came += [f"{counts[name]} {words}" for name, words in CAME.items() if counts[name]]
-    came = came or ["none lost, repeated, out of order or corrupted"]
-    text = ", ".join([f"{count(counts['accepted'], 'packet')} accepted", *came])
-    others = [f"{counts[n]} {words}" for n, words in OF_SENDERS.items() if counts[n]]
-    text += f"; refused: {', '.join(others)}" if others else ""
-    return f"{text}."
+    came = _named(counts, SEEN) or "none lost, duplicate, reordered or corrupted"
+    others = _named(counts, [n for n in counts if n not in ("accepted", "beginnings", *SEEN)])
+    refused = f"; refused: {others}" if others else ""
+    return f"{count(counts['accepted'], 'packet')} accepted, {came}{refused}."
+
+
+def _named(counts: Mapping[str, Any], names: Sequence[str]) -> str:
+    return ", ".join(f"{counts[n]} {n.replace('_', ' ')}" for n in names if counts[n])
 
 
 def path_text(passage: dict[str, float]) -> str:
@@ -107,10 +89,9 @@ def path_text(passage: dict[str, float]) -> str:
     )
     if passage["delay_open"] == 0.0:
         return f"{text}; both ends read one clock."
+    drift, drift_open = (f"{1e6 * passage[name]:.1f}" for name in ("drift", "drift_open"))
     return (
-        f"{text}, within +-{ms['delay_open']:.2f} ms: both directions together take "
-        f"{ms['round_trip']:.2f} ms at least, which is known; how that divides is not, because an "
-        "offset between two clocks and a constant asymmetry of the path look the same. Sender's "
-        f"clock {passage['offset']:+.6f} s from the receiver's, drift "
-        f"{passage['drift'] * 1e6:+.1f} +- {passage['drift_open'] * 1e6:.1f} ppm."
+        f"{text}, within +-{ms['delay_open']:.2f} ms: of two clocks only the sum of both "
+        f"directions is known, {ms['round_trip']:.2f} ms at least. Sender's clock "
+        f"{passage['offset']:+.6f} s from the receiver's, drift {drift} +- {drift_open} ppm."
     )
