@@ -57,7 +57,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
     if traces.server is not None:
         holds = scenario is not None and any(u.contact.grips for u in scenario.users)
         yield from nodes.of_server(traces, grips=holds)
-    yield from grips.events(traces, scenario)
+        yield from grips.events(traces.server, scenario, traces.server.scene)
     yield from faults(traces)
     yield from limits.events(limits.withheld(traces, scenario))
     if scenario is not None and not traces.live:

@@ -12,7 +12,8 @@ these are taken as rigid. A body slips while q moves, and falls while nobody tou
 down.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -23,16 +24,17 @@ from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.sums import runs, spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces
+from pmwvc_core.traces import ServerTraces
 from pmwvc_core.words import listed
 
 
-def events(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
+def events(
+    server: ServerTraces | None, scenario: Scenario | None, scene: Mapping[str, Any]
+) -> Iterator[Event]:
     """Yield a ``slip`` of a body in a grip, and a ``drop`` of one that falls after a touch."""
-    server = traces.server
     if scenario is None or server is None or not len(server.time_s):
         return
-    shapes = [shape for shape in server.scene.get("shapes", ()) if shape["user"] >= 0]
+    shapes = [shape for shape in scene.get("shapes", ()) if shape["user"] >= 0]
     parts = {shape["user"]: shape["body"] for shape in shapes if shape["body"] in server.poses}
     bodies = [body for body in server.poses if body not in parts.values()]
     compliance = [

@@ -54,24 +54,25 @@ def reception_summaries(traces: SessionTraces, scenario: Scenario | None) -> lis
             "name": link,
             "counts": received.counts,
             "path": None if passage["round_trip"] is None else passage,
-            "left_out": (ratio := saved.get(link)),
-            "text": counts_text(received),
+            "left_out": saved.get(link),
+            "text": counts_text(received, saved.get(link)),
             "path_text": path_text(received.passage),
         }
-        if ratio is not None:
-            words = f"left out {ratio:.0%} of the packets; none of these is lost."
-            entry["text"] += f" The sender's deadband {words}"
         found.append(entry)
     return found
 
 
-def counts_text(received: ReceptionTraces) -> str:
-    """Return what came in, in a sentence."""
+def counts_text(received: ReceptionTraces, left_out: float | None) -> str:
+    """Return what came in, and the ratio that a deadband left out, in words."""
     counts = received.counts
     came = _named(counts, SEEN) or "none lost, duplicate, reordered or corrupted"
     others = _named(counts, [n for n in counts if n not in ("accepted", "beginnings", *SEEN)])
     refused = f"; refused: {others}" if others else ""
-    return f"{count(counts['accepted'], 'packet')} accepted, {came}{refused}."
+    text = f"{count(counts['accepted'], 'packet')} accepted, {came}{refused}."
+    if left_out is None:
+        return text
+    saved = f"left out {left_out:.0%} of the packets; none of these is lost."
+    return f"{text} The sender's deadband {saved}"
 
 
 def _named(counts: Mapping[str, Any], names: Sequence[str]) -> str:

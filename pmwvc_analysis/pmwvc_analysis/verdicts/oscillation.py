@@ -193,9 +193,9 @@ def _disturbed(traces: SessionTraces, scenario: Scenario | None) -> tuple[float,
     ends = [float(user.time_s[-1]) for user in traces.users if len(user.time_s)]
     end_s = min([end for end in ends if end > traces.duration_s - th.LEAVING_S], default=np.inf)
     changes = [(stops_s(user, scenario), "a device met its stop") for user in traces.users]
-    for contact in server.contact if server is not None else ():
-        times = server.time_s[1:][np.diff(contact.astype(int)) != 0]
-        changes.append((times, "contact was made or lost"))
+    if server is not None:
+        made = (server.time_s[1:][np.diff(contact.astype(int)) != 0] for contact in server.contact)
+        changes += [(times, "contact was made or lost") for times in made]
     for times, what in changes:
         times = times[times <= end_s]
         if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= th.CHATTER:

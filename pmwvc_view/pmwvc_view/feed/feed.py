@@ -136,7 +136,10 @@ class Feed:
         shown = self.tape.shown()
         if self.tape.end_s >= self._balanced_s + BALANCED_S:
             self._balanced_s = self.tape.end_s
-            self._balance(shown)
+            if shown.server is not None:
+                self.server.update(shown.server, self._scenario)
+            for energy in user_energies(shown, self._scenario):
+                self.users[energy.name].balances.update(energy)
         rows = rows_of(
             np.array(dues), self._layout, self._samples(shown), shown.users,
             [packets[:, 1:3] for packets in self.tape.packets],
@@ -149,13 +152,6 @@ class Feed:
         for user in self.users.values():
             if (energy := user.balances.energy) is not None:
                 yield from energies(energy, user.balances.least_j)
-
-    def _balance(self, shown: SessionTraces) -> None:
-        """Form the balances of the newest second."""
-        if shown.server is not None:
-            self.server.update(shown.server, self._scenario)
-        for energy in user_energies(shown, self._scenario):
-            self.users[energy.name].balances.update(energy)
 
     def _completed(self, row: Array, shown: SessionTraces) -> Snapshot:
         """Return a row with all that is not in traces, and the packets since the last one."""
@@ -173,7 +169,7 @@ class Feed:
             self._due_ns = round(at_s * NS) + self._period_ns
 
     def _ready(self, due_s: float, now_ns: int) -> bool:
-        ends = [user.end_s for user in self.tape.users.values()] + [self.tape.server.end_s]
-        ends = [end_s + ROUNDED_S for end_s in ends]
+        ends = [*(user.end_s for user in self.tape.users.values()), self.tape.server.end_s]
+        due_s -= ROUNDED_S
         now_s = (now_ns - self.tape.zero(now_ns)) / NS
         return min(ends) >= due_s or (max(ends) >= due_s and now_s >= due_s + PATIENCE_S)
