@@ -132,11 +132,6 @@ class Budget:
                 for name, hand in self.hands.items()
             ],
             "server": self._energies(SERVER),
-            "active": [
-                {"owner": e.owner, "part": e.part, "given_j": e.given_j, "since_s": e.since_s}
-                | {"time_s": e.least_s, "tolerance_j": e.tolerance_j, "ratio": e.ratio}
-                for e in self.active
-            ],
             "notes": self.notes,
             "remainders": [each._asdict() for each in self.remainders],
         }

@@ -22,7 +22,6 @@ from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report.loop import blocks, drawing
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_analysis.report.story import story
-from pmwvc_analysis.verdicts.passivity import budget_lines
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -59,7 +58,6 @@ def render(
         description=scenario.description if scenario else "",
         folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
         story=story(traces, scenario, summary),
-        budget_lines=budget_lines(energies, summary) if energies else [],
         events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
         predicted=predicted,
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],

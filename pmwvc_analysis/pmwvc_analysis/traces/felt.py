@@ -27,6 +27,7 @@ import numpy as np
 
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.holes import block_of_ticks, gaps
+from pmwvc_analysis.traces.stages import disturbances
 from pmwvc_analysis.traces.sums import HIGHEST, begins, beyond, rms, spans
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
@@ -154,12 +155,6 @@ def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
     for start_s, end_s in found:
         away[slice(*np.searchsorted(user.time_s, (start_s, end_s + back_s)))] = True
     return away
-
-
-def disturbances(traces: SessionTraces) -> list[tuple[str, str, float]]:
-    """Return to which nodes a scenario asked something to be done, what, and when it was [s]."""
-    asked = [each for each in traces.events if each.get("kind") == "disturbance"]
-    return [(e["who"], e["what"].rpartition(": ")[2], float(e["time_s"])) for e in asked]
 
 
 def _stood_still(traces: SessionTraces) -> Iterator[tuple[float, float]]:

@@ -18,7 +18,7 @@ import numpy as np
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.topics import relayed
-from pmwvc_analysis.traces.felt import disturbances
+from pmwvc_analysis.traces.stages import disturbances
 from pmwvc_analysis.traces.thresholds import EARLY_S
 from pmwvc_core.frame import Presence
 from pmwvc_core.scenario.scenario import Scenario

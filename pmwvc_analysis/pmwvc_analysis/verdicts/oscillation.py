@@ -69,13 +69,16 @@ class Strength:
         return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(th.FADED)
 
 
-def lasts(found: Strength, motion: Motion) -> bool:
-    """Tell whether a motion beyond the band is an oscillation that does not die out: beyond 1
-    mm/s, noise and sampling images, and not halved from the first third to the last.
+def most_m_s(found: Strength, motion: Motion) -> float:
+    """Return the largest speed beyond the band that is no oscillation [m/s]: 1 mm/s, or what an
+    encoder's noise or images of sampling make.
     """
-    images_m_s = motion.images * found.purposeful_m_s
-    beyond_all = found.late_m_s > max(th.OSCILLATION_M_S, motion.noise_m_s, images_m_s)
-    return beyond_all and found.remains
+    return max(th.OSCILLATION_M_S, motion.noise_m_s, motion.images * found.purposeful_m_s)
+
+
+def lasts(found: Strength, motion: Motion) -> bool:
+    """Tell whether a motion beyond the band is an oscillation that does not die out."""
+    return found.late_m_s > most_m_s(found, motion) and found.remains
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:

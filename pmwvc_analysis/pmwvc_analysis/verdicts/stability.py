@@ -39,7 +39,14 @@ from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import UNKNOWN, Drive, drive, kept_driven, works
-from pmwvc_analysis.verdicts.oscillation import Motion, Strength, lasts, motions, strength
+from pmwvc_analysis.verdicts.oscillation import (
+    Motion,
+    Strength,
+    lasts,
+    most_m_s,
+    motions,
+    strength,
+)
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -118,7 +125,8 @@ class _Judge:
                 left_s, space = float(time_s[far[0]]), f"(+-{workspace * 1e3:.0f} mm)"
                 why = f"{name} left the workspace {space} at {left_s:.2f} s"
                 until = self._drive(0.0, left_s)
-                if until.thrown and not self._expected[0] > th.GROWS_PER_S:
+                thrown = until.by_hands and until.given_j <= 0.0  # got no more than they gave
+                if thrown and not self._expected[0] > th.GROWS_PER_S:
                     did = "the hands did" if until.given_j else "it is not known who did"
                     return _unknown(f"{why}; {did} the work of it")
                 if passive(self.traces, self.scenario):
@@ -153,7 +161,7 @@ class _Judge:
         if lost := limits.lost(limits.withheld(traces, self.scenario)):
             return Verdict(False, "environment lost", lost)
         if not lasting:
-            return Verdict(True, None, _quiet_words([found for found, _ in self.found]))
+            return Verdict(True, None, _quiet_words(self.found))
         return self._lasting(*min(own or lasting, key=lambda pair: pair[0].fades), shaken, late)
 
     def _lasting(self, found: Strength, motion: Motion, shaken: float, late: Drive) -> Verdict:
@@ -200,15 +208,14 @@ class _Judge:
         return ""
 
 
-def _quiet_words(found: list[Strength]) -> str:
+def _quiet_words(found: list[tuple[Strength, Motion]]) -> str:
     """Return why motion beyond the voluntary band is no oscillation, with its amount."""
-    strongest_m_s = max((each.late_m_s for each in found), default=0.0)
-    text = f"motion faster than the voluntary band, {strongest_m_s * 1e3:.1f} mm/s at the end,"
-    if strongest_m_s <= th.OSCILLATION_M_S:
-        return f"{text} stays below {th.OSCILLATION_M_S * 1e3:g} mm/s"
-    if any(each.late_m_s > th.OSCILLATION_M_S and not each.remains for each in found):
-        return f"{text} decays"
-    return f"{text} is no more than counts of an encoder or sampling make of a slower one"
+    if not found:
+        return "no motion is on record"
+    worst, motion = max(found, key=lambda pair: pair[0].late_m_s)
+    late, most = 1e3 * worst.late_m_s, 1e3 * most_m_s(worst, motion)
+    limit = f"(limit {most:.3g} mm/s){', and decays' if late > most else ''}"
+    return f"oscillation beyond the voluntary band is {late:.1f} mm/s at the end {limit}"
 
 
 def passive(traces: SessionTraces, scenario: Scenario | None) -> bool:
