@@ -63,7 +63,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_083,
+        4_081,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),
@@ -73,7 +73,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_252, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_249, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_197, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
@@ -94,7 +94,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_027, 3_000, ("pmwvc_view",)),
+    "page": Room(3_026, 3_000, ("pmwvc_view",)),
 }
 
 

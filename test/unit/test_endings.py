@@ -9,7 +9,9 @@ from support import plain as scenarios
 from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.traces.stages import until
+from pmwvc_analysis.verdicts.endings import endings
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
@@ -31,12 +33,11 @@ def test_a_whole_session_passes():
     assert result["judged_until_s"] == result["duration_s"]
 
 
-def test_an_outage_that_the_scenario_asks_for_ends_no_emulator():
-    texts = ["link.schedule=1.5 outage"]
+@pytest.mark.parametrize("texts", [["link.schedule=1.5 outage"], ["master.rate_drop=900"]])
+def test_neither_an_outage_nor_a_slow_sender_ends_an_emulator(texts):
     scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)
-    found = summary(simulate_one(scenario), scenario)
-    assert found["interrupted"] == []
-    assert found["judged_until_s"] == 3.0
+    traces = simulate_one(scenario)
+    assert endings(traces, complete(traces, scenario), scenario) == []
 
 
 @pytest.mark.parametrize("who", ["server", "netem"])

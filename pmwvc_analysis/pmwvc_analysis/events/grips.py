@@ -34,8 +34,8 @@ def events(
     """Yield a ``slip`` of a body in a grip, and a ``drop`` of one that falls after a touch."""
     if scenario is None or server is None or not len(server.time_s):
         return
-    shapes = [shape for shape in scene.get("shapes", ()) if shape["user"] >= 0]
-    parts = {shape["user"]: shape["body"] for shape in shapes if shape["body"] in server.poses}
+    held = {each["user"]: each["body"] for each in scene.get("shapes", ()) if each["user"] >= 0}
+    parts = {user: part for user, part in held.items() if part in server.poses}
     bodies = [body for body in server.poses if body not in parts.values()]
     compliance = [
         scenario.environment.contact_law / user.contact.contact_stiffness

@@ -54,11 +54,11 @@ def _lines(summary: dict[str, Any]) -> Iterator[Line]:
             yield Line(False, f"{user['name']}: {text}.", fails=True)
     for user in summary["users"]:
         name, events = user["name"], summary["events"]
-        yield from _told(name, [e for e in events if e["who"] == f"{name} master"], TAKEN)
+        yield from _reported(name, [e for e in events if e["who"] == f"{name} master"], TAKEN)
         if user["kept_apart"]:
             yield Line(None, f"{name}, at the end: {user['kept_apart']}.")
     for body in dict.fromkeys(e["who"] for e in summary["events"] if e["kind"] in LOST):
-        yield from _told(body, [e for e in summary["events"] if e["who"] == body], LOST)
+        yield from _reported(body, [e for e in summary["events"] if e["who"] == body], LOST)
     yield from _clocks(summary)
     for outcome in summary["outcomes"]:
         if outcome["hit"] is False:
@@ -92,7 +92,7 @@ def _disturbed(user: dict[str, Any]) -> str:
     return "; ".join(parts)
 
 
-def _told(name: str, events: list[dict[str, Any]], kinds: Sequence[str]) -> Iterator[Line]:
+def _reported(name: str, events: list[dict[str, Any]], kinds: Sequence[str]) -> Iterator[Line]:
     """Yield what happened, with when and why: the first event of some kinds, and the last."""
     texts = [f"at {e['time_s']:.2f} s: {e['what']}" for e in events if e["kind"] in kinds]
     if len(texts) > 1:

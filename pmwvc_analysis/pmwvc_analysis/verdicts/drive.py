@@ -22,7 +22,7 @@ from pmwvc_analysis.traces.felt import stops_s
 from pmwvc_analysis.traces.sums import beyond
 from pmwvc_analysis.verdicts.oscillation import Motion, shaking
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 from pmwvc_core.words import quantity
 
@@ -99,7 +99,8 @@ def drive(
     """
     if scenario is None:
         return UNKNOWN
-    kinds = {user.operator.kind for user in scenario.users if is_free(user)}
+    hands = [(user.operator, user.device.is_simulated) for user in scenario.users]
+    kinds = {hand.kind for hand, simulated in hands if hand.is_free or not simulated}
 
     def inside(time_s: Array) -> Flags:
         return np.asarray((time_s >= start_s) & (time_s <= end_s))
@@ -137,11 +138,6 @@ def drive(
         taken, given, holds = server_sums(server)
         behind_j = made_j(server.time_s, taken - given - holds)
     return found._replace(made_j=max(hands_j, behind_j))
-
-
-def is_free(user: User) -> bool:
-    """Tell whether a hand moves as it likes."""
-    return user.operator.is_free or not user.device.is_simulated
 
 
 def kept_driven(

@@ -13,8 +13,6 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.topics import relayed
@@ -60,7 +58,7 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
 
 def _nodes(traces: SessionTraces) -> Iterator[tuple[str, str, float]]:
     """Yield the nodes on record, whose they are (empty: everybody's), and until when each was
-    recorded [s]; the emulator is by the packets that came in.
+    recorded [s]; the emulator is by the packets that came in, each for the time it stands for.
     """
     for user in traces.users:
         yield f"{user.name} master", user.name, float(user.time_s[-1]) + user.tick_s
@@ -70,7 +68,9 @@ def _nodes(traces: SessionTraces) -> Iterator[tuple[str, str, float]]:
     zeros = traces.metadata.get("fate_zero_ns", {})
     for link, fates in traces.fates.items():
         came.append(1e-9 * (fates.time_in_ns - zeros.get(link, 0)))
-    yield "netem", "", float(np.concatenate([*came, [0.0]]).max()) or math.inf
+    due_s = max((each.period_s.max(initial=0.0) for each in traces.packets.values()), default=0.0)
+    if last_s := max((float(each.max(initial=0.0)) for each in came), default=0.0):
+        yield "netem", "", last_s + due_s
 
 
 def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:

@@ -96,8 +96,8 @@ def verdict(
         note = "; ".join(filter(None, (user.kept_apart, _left_out(user))))
         felt_by = judge.felt.get(name, "")
         states[name] = {"state": word, "reason": user.reason, "note": note, "felt": felt_by}
-    told = [*notices, *judge.was, *judge.slips]
-    return {"verdict": sentence, "level": level, "users": states, "notices": told}
+    texts = [*notices, *judge.was, *judge.slips]
+    return {"verdict": sentence, "level": level, "users": states, "notices": texts}
 
 
 def _judged(
