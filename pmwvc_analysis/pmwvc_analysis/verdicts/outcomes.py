@@ -123,7 +123,7 @@ def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
         word = "expected" if hit is None else "predicted"
         amounts = f"{word} {even_m * 1e3:+.2f} mm, measured {was_m * 1e3:+.2f} mm"
         text = f"{user.name}: {OFFSET}: {amounts} ({ends})."
-        numbers = even_m, was_m, tolerance_m, "m"
+        numbers = () if hit is None else (even_m, was_m, tolerance_m, "m")
         found.append(Outcome("offset", hit, text, user.name, *numbers))
     return found
 
