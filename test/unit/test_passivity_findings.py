@@ -136,7 +136,7 @@ def test_no_tick_stands_above_a_port_that_gave_out_energy():
         found["passivity"]["passive"], found["active"] = passive, []
         page = render(traces, scenario, found, [], energies)
         assert ("No component generated energy" in page) is (passive is True)
-        assert "The energy budget closes to" in page
+        assert "The energy budget " in page
 
 
 def test_a_server_that_gives_out_more_than_it_took_in_is_not_passive():
