@@ -63,7 +63,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_081,
+        4_076,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
     ),

@@ -102,5 +102,5 @@ def _falls(server: ServerTraces, body: str, touched: Flags) -> Iterator[Event]:
     for free in spans(~touched):
         fell_m = float(height[free][0] - height[free].min())
         if free.start > 0 and fell_m > th.SLIPS_M:
-            what = f"fell by {1e3 * fell_m:.1f} mm, touched by nobody"
+            what = f"fell by {1e3 * fell_m:.1f} mm, touched by no user"
             yield event(server.time_s[free.start], body, "drop", what)
