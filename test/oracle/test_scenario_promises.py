@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.compare.rendered import measured_rendering, rendering
-from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios

@@ -12,9 +12,9 @@ from support.simulated import judged, least_j, simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import link_charts
 from pmwvc_analysis.figures.recorded import conditions
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.law.channel.constants import FADE_S, HOLD_S

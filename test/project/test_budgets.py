@@ -63,9 +63,9 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_076,
+        4_075,
         2_500,
-        inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
+        inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
         3_270,

@@ -17,8 +17,8 @@ from support import handmade
 from support.command_line import here
 from support.lab import install
 
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import figures
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import commands, scenarios
 from pmwvc_bringup.cli import ORDER, library

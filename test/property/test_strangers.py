@@ -15,12 +15,12 @@ from support.handmade import START_NS
 from support.rewriting import raw, unequal, written
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.content import content_of
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session, session_of
 from pmwvc_analysis.session_files import finish
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError

@@ -10,7 +10,7 @@ from support.verdicts import active
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.simulation.session import simulate_one
 
 WALL = ("server.environment=wall", "operator.kind=sinusoid", "operator.frequency_hz=1.5")

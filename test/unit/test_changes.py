@@ -10,8 +10,8 @@ from support import plain as scenarios
 from support.handmade import oscillating
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events import events
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.names import Change, changes_text, over_time, read_changes

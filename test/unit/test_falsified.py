@@ -10,7 +10,7 @@ from support import plain as files
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import of_server
-from pmwvc_analysis.consistency.consistency import SMALLEST, inconsistencies
+from pmwvc_analysis.traces.consistency import SMALLEST, inconsistencies
 from pmwvc_core.account import Role
 from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.server.couplings import COMPENSATIONS

@@ -7,10 +7,10 @@ from support import plain as files
 from support.rewriting import unequal
 
 from pmwvc_analysis.compare.measures import measures
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import exact, replay
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.simulation.session import simulate_one

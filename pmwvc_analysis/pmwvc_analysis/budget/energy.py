@@ -20,13 +20,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import (
-    Balance,
-    Declared,
-    Finding,
-    counts_j,
-    together,
-)
+from pmwvc_analysis.budget.criterion import Balance, Declared, Finding, counts_j, together
 from pmwvc_analysis.traces.block_sums import BlockSums, hand_work, up_to
 from pmwvc_analysis.traces.holes import GAP, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.sums import running, sum_of

@@ -34,32 +34,32 @@ def events(
     """Yield a ``slip`` of a body in a grip, and a ``drop`` of one that falls after a touch."""
     if scenario is None or server is None or not len(server.time_s):
         return
-    held = {each["user"]: each["body"] for each in scene.get("shapes", ()) if each["user"] >= 0}
-    parts = {user: part for user, part in held.items() if part in server.poses}
-    bodies = [body for body in server.poses if body not in parts.values()]
-    compliance = [
-        scenario.environment.contact_law / user.contact.contact_stiffness
-        for user in scenario.users
-    ]
-    for body in bodies if parts else ():
-        alone = len(bodies) == 1
-        touches = {u: _touches(server, u, part, body, alone) for u, part in parts.items()}
-        q = [_place(server, u, part, body, compliance[u]) for u, part in parts.items()]
-        names = [server.users[user] for user in parts]
-        yield from _slips(server, body, names, np.stack(list(touches.values())), np.stack(q))
-        yield from _falls(server, body, np.any(list(touches.values()), axis=0))
+    shown = {each.get("user", -1): each["body"] for each in scene.get("shapes", ())}
+    known = enumerate(scenario.users)
+    seen = [(user, shown.get(n)) for n, user in known if user.name in server.users]
+    parts = [(user, part) for user, part in seen if part in server.poses]
+    bodies = server.poses.keys() - {part for _, part in parts}
+    own_law = not scenario.environment.contact_law
+    for body in sorted(bodies) if parts else ():
+        touches, q = [], []
+        for user, part in parts:
+            of = server, server.users.index(user.name), part, body
+            touches.append(_touches(*of, alone=len(bodies) == 1))
+            q.append(_place(*of, np.inf if own_law else user.contact.contact_stiffness))
+        names = [user.name for user, _ in parts]
+        yield from _slips(server, body, names, np.stack(touches), np.stack(q))
+        yield from _falls(server, body, np.any(touches, axis=0))
 
 
-def _touches(server: ServerTraces, user: int, part: str, body: str, alone: bool) -> Flags:
+def _touches(server: ServerTraces, user: int, part: str, body: str, *, alone: bool) -> Flags:
     """Tell at which steps a user's part touches a body: by the contacts on record, or, without
     any, by its force, where that can be on one body only. Contact that is soon made again stays.
     """
     found = np.zeros(len(server.time_s), dtype=bool)
     if len(server.contacts):
         pair = sorted(map(list(server.poses).index, (part, body)))
-        found[
-            server.contacts[(np.sort(server.contacts[:, 1:3]) == pair).all(1), 0].astype(int)
-        ] = 1
+        both = (np.sort(server.contacts[:, 1:3]) == pair).all(axis=1)
+        found[server.contacts[both, 0].astype(int)] = True
     elif alone:
         found |= touching(server, user)
     for first, last in runs(found, server.time_s, th.DEBOUNCE_S):
@@ -67,34 +67,42 @@ def _touches(server: ServerTraces, user: int, part: str, body: str, alone: bool)
     return found
 
 
-def _place(server: ServerTraces, user: int, part: str, body: str, compliance: float) -> Array:
+def _place(server: ServerTraces, user: int, part: str, body: str, stiffness: float) -> Array:
     """Return q ``(step, 3)`` [m]."""
     force = np.nan_to_num(server.f_s[user][:, :3])
-    bent = np.pad(compliance * force, [(0, 0), (0, 3 - force.shape[1])])
+    bent = np.pad(force / max(stiffness, 1.0), [(0, 0), (0, 3 - force.shape[1])])
     away = server.poses[part][:, :3] - server.poses[body][:, :3] - bent
     turned = np.roll(server.poses[body][:, 3:], -1, axis=1)
+    turned[~(np.linalg.norm(turned, axis=1) > 0.0)] = (
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+    )  # a recording may hold anything
     return np.asarray(Rotation.from_quat(turned).inv().apply(away))
 
 
 def _slips(
     server: ServerTraces, body: str, names: list[str], touches: Flags, q: Array
 ) -> Iterator[Event]:
-    """Yield what slips by more than ``SLIPS_M`` at once; arrays are ``(user, step, ...)``."""
+    """Yield what slips by more than ``SLIPS_M`` at once, but in the hands of users who let go of
+    what others hold; arrays are ``(user, step, ...)``.
+    """
     gripped = touches.sum(axis=0) >= 2
     both = touches[:, :-1] & touches[:, 1:] & gripped[:-1] & gripped[1:]
     steps = np.diff(q, axis=1)
-    speeds = np.linalg.norm(steps, axis=-1) / np.diff(server.time_s)
-    slides = both & (speeds > th.SLIDES_M_S)
-    steps[~slides] = 0.0
+    slides = both & (np.linalg.norm(steps, axis=-1) > th.SLIDES_M_S * np.diff(server.time_s))
     for first, last in runs(slides.any(axis=0), server.time_s[:-1], th.JOIN_S):
-        end = last + 1
-        ways = np.linalg.norm(steps[:, first:end].sum(axis=1), axis=-1)
-        if ways.max() > th.SLIPS_M:
-            whose = listed([n for n, way in zip(names, ways, strict=True) if way > th.SLIPS_M])
-            out = "" if gripped[end : end + 3].all() else ", and out of it"
-            until = f"until {server.time_s[end]:.2f} s"
-            what = f"slipped by {1e3 * ways.max():.1f} mm in the grip of {whose} {until}{out}"
-            yield event(server.time_s[first], body, "slip", what)
+        after = slice(last + 1, last + 4)
+        kept = gripped[after].all()
+        own = slides[:, first : last + 1] & (touches[:, after].all(axis=1, keepdims=True) | ~kept)
+        way = np.sum(steps[:, first : last + 1], axis=1, where=own[..., None])
+        ways_m = np.linalg.norm(way, axis=-1)
+        if ways_m.max() > th.SLIPS_M:
+            whose = listed([n for n, way in zip(names, ways_m, strict=True) if way > th.SLIPS_M])
+            until = f"until {server.time_s[last + 1]:.2f} s{'' if kept else ', and out of it'}"
+            what = f"slipped by {1e3 * ways_m.max():.1f} mm in the grip of {whose} {until}"
+            yield event(server.time_s[first + np.argmax(own.any(axis=0))], body, "slip", what)
 
 
 def _falls(server: ServerTraces, body: str, touched: Flags) -> Iterator[Event]:
