@@ -53,7 +53,6 @@ class PlayedWave:
         self.fastest_repaid, self.grows_s = fastest_repaid, grows_s
         self.keeps_j = 2.5 * MS - lent_once_j
         self.came_j = self.out_j = self.passed_j = self.dropped_j = 0.0
-        self.on_loan_j = 0.0
         self.begin()
 
     def begin(self):
@@ -178,6 +177,7 @@ class PlayedWave:
         """The wave of the next ``h`` seconds."""
         if not self.line.end:
             return np.zeros(self.dof)
+        on_loan_j = min(max(-self.free_j, 0.0), self.e0_j)
         begun, beyond_s = self._clock(h)
         predicted = self.newest_wave * beyond_s
         mended = self.wrong * min(h / (30 * MS), 1.0)
@@ -185,12 +185,13 @@ class PlayedWave:
         least_j = self.line.takes_j(begun) - self.line.takes_j(self.played)
         self.ramp = [*self.ramp[1:], (due, least_j)]
         due = sum(each for each, _ in self.ramp) / self.steps
+        paid_j = sum(j for _, j in self.ramp) / self.steps
         self.guess, self.wrong = self.guess + predicted, self.wrong - mended
-        if beyond_s > 0.0 or np.any(np.abs(mended) > 1e-15) or self.raised > 1.0:
-            self.on_loan_j = self.e0_j
+        if beyond_s > 0.0 or self.raised * float(due @ due) / (2.0 * h) > paid_j:
+            on_loan_j = self.e0_j
         free_j = self.free_j
         # 17.2 and 17.29
-        energy_j = max(free_j + self.on_loan_j, 0.0)
+        energy_j = max(free_j + on_loan_j, 0.0)
         wave = self.given_part * due / h
         needs_w = 0.5 * self.raised * float(wave @ wave)
         if beyond_s <= 0.0:
@@ -210,7 +211,6 @@ class PlayedWave:
             )
         spent_j = 0.5 * h * self.raised * float(wave @ wave)
         self.out_j += spent_j
-        self.on_loan_j = min(max(self.on_loan_j, -self.keeps_j), max(spent_j - free_j, 0.0))
         if free_j > 0.05 and self.owed @ self.owed <= 5e-4**2:
             self.dropped_j += max(self.free_j - 0.05, 0.0)
         return wave
@@ -224,11 +224,13 @@ class PlayedWave:
         wish = min(2.0 * (energy_j / size - wave @ towards), size / 0.1)
         wish = max(wish, size / 0.7)
         wish = min(wish, self.fastest_repaid * min((self.calm_s - 0.1) / self.grows_s, 1.0))
+        wish *= max(3.0 * self.speed - 2.0, 0.0)
         # the longest s with |wave + s towards|^2 h/2 <= energy
         room = 2.0 * energy_j / h - wave @ wave
         along = wave @ towards
         if wish * (wish + 2.0 * along) > room:
             wish = min(max(math.sqrt(along * along + max(room, 0.0)) - along, 0.0), wish)
+        self.calm_s = min(self.calm_s, 0.1 + self.grows_s * wish / self.fastest_repaid)
         self.owed = self.owed - wish * h * towards
         self.anything_owed = bool(np.any(np.abs(self.owed) > 1e-15))
         return wish * towards

@@ -34,8 +34,8 @@ def as_written(monkeypatch: Any, **changed: Any) -> None:
     """Have sessions run the laws as they are written, so that a test can change one of them: a
     name is that of a module of the laws and what is changed in it, with ``__`` for the dots.
     """
-    for end in ("user_end", "server_end"):
-        monkeypatch.setattr(f"pmwvc_core.ends.{end}.unrolled", lambda law, axes: law)
+    for who in ("core.ends.user_end", "core.ends.server_end", "analysis.models.ends"):
+        monkeypatch.setattr(f"pmwvc_{who}.unrolled", lambda law, axes: law)  # none is kept
     for name, value in changed.items():
         monkeypatch.setattr(f"pmwvc_core.law.{name.replace('__', '.')}", value)
 

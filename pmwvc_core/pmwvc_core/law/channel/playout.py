@@ -11,7 +11,7 @@ newest one and beyond it by that one's wave w^. With U(p) the integral up to p, 
     ramp        = mean of what was asked in the last N steps; the rest of it stays ``left``
     free        = received - given - released - discarded - reserve of what is still to be played
     wave        = share ramp/h, shortened to n |wave|^2 h/2 <= E = E0 + free; where nothing is
-                  predicted, mended or raised, E0 is what was lent before
+                  predicted and the reserve in the ramp pays for it, E0 is what is lent by now
     share       <- share (1 - n |wave|^2 h/(4E)) beyond e where n |wave|^2/2 > E/MEND_S: E lasts
                   while the wave fades;   rises by h/MEND_S up to 1 before e
     undelivered <- undelivered + ramp - wave h     made up, but not out of the last TANK_J of E0
@@ -22,9 +22,10 @@ part q = min(c, dt) of the c seconds concealed::
     mistaken <- mistaken + U(e + q) - U(e) - guessed q/c,   guessed <- guessed (1 - q/c)
 
 After an outage that made the ends brake, it stays undelivered. Repayment begins ``SETTLE_S`` after
-the last wait. At every step, given + released <= received + E0 (``store_j``), and U(min(p, e)) +
-guessed = integral played + left + undelivered + mistaken. Equations: docs/theory.md 17.1, 17.2,
-17.3, 17.25, 17.29.
+the last wait, rises within ``rises_s`` whatever energy comes at once, and fades as the clock slows
+down, to 0 at 2/3 of its rate. At every step, given + released <= received + E0 (``store_j``), and
+U(min(p, e)) + guessed = integral played + left + undelivered + mistaken. Equations: docs/theory.md
+17.1, 17.2, 17.3, 17.25, 17.29.
 """
 
 import math
@@ -46,7 +47,6 @@ class Energies(NamedTuple):
     given_j: float = 0.0
     released_j: float = 0.0  # used otherwise
     discarded_j: float = 0.0  # given up
-    lent_j: float = 0.0  # of E0
 
 
 class Playout(NamedTuple):
@@ -96,11 +96,8 @@ def _balance_j(m: Energies) -> float:
 
 def free_j(s: Playout) -> float:
     """Return the energy beyond what segments in store need; below zero: taken from E0 [J]."""
-    return _free_j(s.moved, s.knots, s.played_j) - s.ramp.left.reserve_j
-
-
-def _free_j(m: Energies, knots: list[Knot], played_j: float) -> float:
-    return _balance_j(m) - (knots[len(knots) - 1].reserve_j - played_j)
+    in_store_j = s.knots[len(s.knots) - 1].reserve_j - s.played_j
+    return _balance_j(s.moved) - in_store_j - s.ramp.left.reserve_j
 
 
 def waiting(s: Playout) -> Vector:
@@ -133,8 +130,8 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
         if s.pace.silent_s > OUTAGE_S:
             undelivered = plus(undelivered, mistaken)
             mistaken = zero(mistaken)
-    wave, moved = scaled(integral, 1.0 / duration_s), s.moved
-    moved = moved._replace(received_j=moved.received_j + energy_j)
+    wave = scaled(integral, 1.0 / duration_s)
+    moved = s.moved._replace(received_j=s.moved.received_j + energy_j)
     return Playout(
         pace, knots, to, to_j, wave, guessed, mistaken, undelivered, s.since_s, moved, s.raised,
         s.ramp, s.share,
@@ -154,10 +151,10 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     to, to_j = played_to(s.knots, pace.store_s)
     guess, mended = scaled(s.wave, beyond_s), scaled(s.mistaken, min(h / MEND_S, 1.0))
     wanted = Asked(plus(plus(minus(to, before), guess), mended), to_j - before_j)
-    ramp, (asked, _) = ramp_step(s.ramp, wanted)
-    lends = beyond_s > 0.0 or not within(mended, SETTLED) or s.raised > 1.0
-    lent_j = p.store_j if lends else m.lent_j
-    wave, free = scaled(asked, 1.0 / h), _free_j(m, s.knots, to_j) - ramp.left.reserve_j
+    ramp, (asked, paid_j) = ramp_step(s.ramp, wanted)
+    wave, free = scaled(asked, 1.0 / h), free_j(s._replace(played_j=to_j, ramp=ramp))
+    lends = beyond_s > 0.0 or half_j * squared(wave) > paid_j
+    lent_j = p.store_j if lends else min(max(-free_j(s), 0.0), p.store_j)
     power = max(free + lent_j, 0.0) / half_j
     share = min(s.share + h / MEND_S, 1.0)
     if beyond_s > 0.0:
@@ -172,16 +169,16 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
     if since > 0.0 and not within(undelivered, SETTLED):
         most = max(free - min(p.keep_j, 0.0), 0.0) / half_j
         wish = repayment(undelivered, wave, 0.5 * h * most)
-        wish = shortened(wish, p.most_repaid * min(since, 1.0))
+        fades = max(3.0 * pace.ratio - 2.0, 0.0)
+        wish = scaled(shortened(wish, p.most_repaid * min(since, 1.0)), fades)
         repaid, _ = affordable(wave, wish, most - squared(wave))
+        rises = math.sqrt(squared(repaid)) / p.most_repaid
+        since_s = min(since_s, SETTLE_S + p.rises_s * rises)
         undelivered = minus(undelivered, scaled(repaid, h))
         wave = plus(wave, repaid)
     spent_j = half_j * squared(wave)
-    lent_j = min(max(lent_j, -p.keep_j), max(spent_j - free, 0.0))
-    discarded_j = m.discarded_j
-    if squared(undelivered) <= FEW**2:
-        discarded_j += max(free - spent_j - MOST_J, 0.0)
-    moved = Energies(m.received_j, m.given_j + spent_j, m.released_j, discarded_j, lent_j)
+    beyond_j = max(free - spent_j - MOST_J, 0.0) if squared(undelivered) <= FEW**2 else 0.0
+    moved = Energies(m.received_j, m.given_j + spent_j, m.released_j, m.discarded_j + beyond_j)
     s = Playout(
         pace, s.knots, to, to_j, s.wave, plus(s.guessed, guess), minus(s.mistaken, mended),
         undelivered, since_s, moved, s.raised, ramp, share,
@@ -199,8 +196,7 @@ def ramped(s: Playout, steps: int) -> Playout:
 
 def take_back(s: Playout, wave: Vector, h: float) -> Playout:
     """Take a wave back that was given out for h seconds and not used [sqrt(W)]."""
-    m = s.moved
-    moved = m._replace(given_j=m.given_j - s.raised * wave_j(wave, h))
+    moved = s.moved._replace(given_j=s.moved.given_j - s.raised * wave_j(wave, h))
     undelivered = plus(s.undelivered, scaled(wave, h))
     return s._replace(undelivered=undelivered, moved=moved)
 
@@ -209,9 +205,8 @@ def pass_by(s: Playout, lasted_s: float) -> Playout:
     """Let time go by in which the loop did not step [s]: what was due then stays undelivered."""
     if len(s.knots) == 1:
         return s
-    in_store_s = s.pace.store_s  # is skipped
     burst_s = SETTLE_S if lasted_s > OUTAGE_S else s.pace.burst_s
-    store_s = in_store_s - max(min(lasted_s, in_store_s), 0.0)
+    store_s = s.pace.store_s - max(min(lasted_s, s.pace.store_s), 0.0)
     pace = s.pace._replace(store_s=store_s, burst_s=burst_s)
     to, to_j = played_to(s.knots, pace.store_s)
     undelivered = plus(s.undelivered, minus(to, s.played))
