@@ -36,9 +36,12 @@ def names() -> list[str]:
 
 
 def scenario(
-    source: str | Path | Scenario, changes: Mapping[str, object] | None = None, *,
-    users: int | None = None, duration_s: float | None = None,
-) -> Scenario:  # fmt: skip
+    source: str | Path | Scenario,
+    changes: Mapping[str, object] | None = None,
+    *,
+    users: int | None = None,
+    duration_s: float | None = None,
+) -> Scenario:
     """Return a scenario, with parameters changed; ScenarioError lists every mistake.
 
     Parameters

@@ -21,10 +21,15 @@ Player = Callable[[SessionTraces, Scenario, Mapping[str, Any]], str | None]
 
 
 def finish(
-    folder: str | Path, traces: SessionTraces | None = None, scenario: Scenario | None = None, *,
-    out: str | Path | None = None, player: Player | None = None, figures: bool = True,
+    folder: str | Path,
+    traces: SessionTraces | None = None,
+    scenario: Scenario | None = None,
+    *,
+    out: str | Path | None = None,
+    player: Player | None = None,
+    figures: bool = True,
     begins: Callable[[str], None] = lambda part: None,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html``; return the summary.
 
     Traces and scenario are read from the folder when not given (it may have no scenario). ``out``

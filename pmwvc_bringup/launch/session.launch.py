@@ -35,9 +35,13 @@ def session(context):
     words += ["--view", "--no-browser"] if given["view"].lower() in ("true", "1", "yes") else []
     domain = {"ROS_DOMAIN_ID": os.environ.get("ROS_DOMAIN_ID") or "0"}
     process = ExecuteProcess(
-        cmd=words, name="session", output="screen", additional_env=domain,
-        sigterm_timeout=REPORT_S, on_exit=[Shutdown(reason="the session is over")],
-    )  # fmt: skip
+        cmd=words,
+        name="session",
+        output="screen",
+        additional_env=domain,
+        sigterm_timeout=REPORT_S,
+        on_exit=[Shutdown(reason="the session is over")],
+    )
     return [process]
 
 

@@ -67,9 +67,12 @@ class _Once(argparse.Action):
     """Collects NAME=VALUE texts; a name given twice is a mistake."""
 
     def __call__(
-        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any,
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
         option_string: str | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Add a text to those before."""
         texts = [*getattr(namespace, self.dest), values]
         *before, name = [text.partition("=")[0].strip() for text in texts]

@@ -80,9 +80,12 @@ def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:
 
 
 def load(
-    name: str, *, settings_texts: Iterable[str] = (), users: int | None = None,
+    name: str,
+    *,
+    settings_texts: Iterable[str] = (),
+    users: int | None = None,
     duration_s: float | None = None,
-) -> Scenario:  # fmt: skip
+) -> Scenario:
     """Return a scenario with its options; ScenarioError with every mistake of file and options."""
     mapping = read(find(name))
     overrides, problems = settings(settings_texts)

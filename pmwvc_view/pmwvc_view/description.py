@@ -33,10 +33,18 @@ STATES: Mapping[str, type[IntEnum]] = {"master": SafetyState, "server": Presence
 
 
 def describe(
-    scenario: Scenario, layout: Layout, scene: Mapping[str, Any], *, mode: str,
-    duration_s: float | None, values: Mapping[str, Any], remote: Collection[str],
-    can: Collection[str], snapshot_s: float, holders: Mapping[str, str | None] | None = None,
-) -> dict[str, Any]:  # fmt: skip
+    scenario: Scenario,
+    layout: Layout,
+    scene: Mapping[str, Any],
+    *,
+    mode: str,
+    duration_s: float | None,
+    values: Mapping[str, Any],
+    remote: Collection[str],
+    can: Collection[str],
+    snapshot_s: float,
+    holders: Mapping[str, str | None] | None = None,
+) -> dict[str, Any]:
     """Return the session message: ``scene`` as its environment describes it; ``mode`` is live,
     simulated or recorded; ``duration_s`` None where it goes on until it is ended [s]; ``values``
     those of the controls; ``remote`` the users whose handle a page can take; ``can`` the kinds of

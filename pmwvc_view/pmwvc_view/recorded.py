@@ -1,8 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded session for its page, which plays it by itself: all rows, packets and texts."""
+"""A recorded session for the page, which plays it by itself: all rows, packets and texts; and as a
+file for the browser, without a server. Questions to the exact model are not answered there.
+"""
 
+import base64
 import itertools
+import json
+import posixpath
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -18,10 +24,11 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_view import controls, description
+from pmwvc_view import SNAPSHOT_S, controls, description
 from pmwvc_view.feed.rows import Samples, energies, rows_of, samples
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
 from pmwvc_view.protocol.snapshot import NO_PACKETS, Layout
+from pmwvc_view.web.access import PAGE
 
 CAN = frozenset({"pause", "seek", "speed"})  # which the page does itself
 
@@ -33,9 +40,13 @@ class RecordedSession:
     """
 
     def __init__(
-        self, traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any], *,
+        self,
+        traces: SessionTraces,
+        scenario: Scenario,
+        summary: Mapping[str, Any],
+        *,
         snapshot_s: float,
-    ) -> None:  # fmt: skip
+    ) -> None:
         names = [user.name for user in scenario.users]
         traces = replace(traces, users=[user for user in traces.users if user.name in names])
         self._traces, self._scenario, self._summary = traces, scenario, summary
@@ -89,10 +100,16 @@ class RecordedSession:
             for user in self._traces.users
         ]
         about = description.describe(
-            self._scenario, self.layout, self._scene, mode="recorded",
-            duration_s=self._traces.duration_s, values=controls.values_of(self._scenario),
-            remote=(), can=CAN, snapshot_s=self._period_s,
-        )  # fmt: skip
+            self._scenario,
+            self.layout,
+            self._scene,
+            mode="recorded",
+            duration_s=self._traces.duration_s,
+            values=controls.values_of(self._scenario),
+            remote=(),
+            can=CAN,
+            snapshot_s=self._period_s,
+        )
         start_s = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
         return about | {"start_s": start_s}
 
@@ -146,3 +163,63 @@ def packets_of(traces: SessionTraces, scenario: Scenario) -> Array:
             found.append(np.column_stack([link, fates.number, in_s, arrived_s, fates.fate]))
     every = np.concatenate(found)
     return np.asarray(every[np.argsort(every[:, 2], kind="stable")])
+
+
+ROWS, PACKETS = 4000, 40_000  # at most; of longer sessions fewer a second
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' data:; "
+    "style-src 'unsafe-inline'; img-src data:"
+)
+
+
+def replay_page(
+    traces: SessionTraces, scenario: Scenario, summary: Mapping[str, Any]
+) -> str | None:
+    """Return the page of a session with its ``summary``; None if nothing of its users is known."""
+    if not {user.name for user in scenario.users} & {user.name for user in traces.users}:
+        return None
+    period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
+    session = RecordedSession(traces, scenario, summary, snapshot_s=period_s)
+    packets = session.packets
+    arrived = np.isfinite(packets[:, 3])  # all that were lost are kept
+    kept = ~arrived | (np.cumsum(arrived) % (len(packets) // PACKETS + 1) == 0)
+    content = {
+        "declared": session.declared(),
+        "texts": session.texts(),
+        "rows": _packed(session.rows),
+        "packets": _packed(packets[kept]),
+    }
+    return _page(json.dumps(content, allow_nan=False).replace("<", "\\u003c"))
+
+
+def _packed(values: Array) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode("ascii")
+
+
+def _page(content: str) -> str:
+    """Return the page with style, scripts and session in it."""
+    text = (PAGE / "index.html").read_text("utf-8")
+    icon = _address((PAGE / "icon.svg").read_bytes(), "image/svg+xml")
+    modules = {}
+    for file in PAGE.rglob("*.js"):
+        name = file.relative_to(PAGE.parent).as_posix()
+
+        def named(found: re.Match[str], folder: str = posixpath.dirname(name)) -> str:
+            return f'from "{posixpath.normpath(posixpath.join(folder, found[1]))}"'
+
+        module = re.sub(r"""from ["'](\.[^"']+)["']""", named, file.read_text("utf-8"))
+        modules[name] = _address(module.encode(), "text/javascript")
+    style = (PAGE / "page.css").read_text("utf-8")
+    text = re.sub(r'  <link rel="(modulepreload|stylesheet)".*\n', "", text)
+    text = text.replace('href="icon.svg"', f'href="{icon}"')
+    head = f"""  <meta http-equiv="Content-Security-Policy" content="{POLICY}">
+  <style>{style}</style>
+  <script type="importmap">{json.dumps({"imports": modules})}</script>
+  <script type="application/json" id="recording">{content}</script>
+  <script type="module">import "page/main.js";</script>
+"""
+    return text.replace('  <script type="module" src="main.js"></script>\n', head)
+
+
+def _address(content: bytes, kind: str) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"

@@ -62,10 +62,17 @@ class Session(ABC):
     def message(self, holders: Mapping[str, str | None]) -> dict[str, Any]:
         """Return the session message; ``holders``: who holds each user's handle."""
         return description.describe(
-            self._scenario, self.layout, self._scene, mode="live" if self._live else "simulated",
-            duration_s=self._duration_s, values=controls.values_of(self.wanted, self.preset),
-            remote=self.remote, can=self.can, snapshot_s=SNAPSHOT_S, holders=holders,
-        )  # fmt: skip
+            self._scenario,
+            self.layout,
+            self._scene,
+            mode="live" if self._live else "simulated",
+            duration_s=self._duration_s,
+            values=controls.values_of(self.wanted, self.preset),
+            remote=self.remote,
+            can=self.can,
+            snapshot_s=SNAPSHOT_S,
+            holders=holders,
+        )
 
     @abstractmethod
     def poll(self) -> Sequence[Snapshot]:

@@ -100,7 +100,7 @@ def main() -> int:
         for process in busy:
             process.kill()
     offered = frames * len(ends)
-    missing = offered - sum(1 for _ in messages(folder / "session.mcap", Salvage()))
+    missing = offered - sum(1 for _ in messages((folder / "session.mcap").open("rb"), Salvage()))
     print(f"{options.users} users, {options.busy} busy loops, {options.seconds:g} s")
     print(f"missing: {missing} of {offered} messages")
     print(f"recorder: {used / options.seconds:.1%} of a core, {before:.1f} to {after:.1f} MiB")

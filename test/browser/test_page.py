@@ -9,7 +9,7 @@ from support.pages import complaints_of
 from support.plain import load
 from support.simulated import judged, simulated
 
-from pmwvc_view.replay_page import replay_page
+from pmwvc_view.recorded import replay_page
 
 CONNECT = """(address) => new Promise((resolve) => {
   const socket = new WebSocket(address);

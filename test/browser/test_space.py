@@ -16,7 +16,7 @@ from support.plain import load
 from support.simulated import judged, simulated
 
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
-from pmwvc_view.replay_page import replay_page
+from pmwvc_view.recorded import replay_page
 
 POSES = """() => Object.fromEntries([...document.getElementById("space").bodies].map(
   ([name, { position: p, quaternion: q }]) => [name, [...p, q[3], q[0], q[1], q[2]]]))"""

@@ -68,7 +68,7 @@ def recorder(place, **parameters):
 
 def recorded(folder):
     salvage = Salvage()
-    return list(messages(folder / "session.mcap", salvage)), salvage
+    return list(messages((folder / "session.mcap").open("rb"), salvage)), salvage
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -47,7 +47,7 @@ TRACES = {
 def whole(path):
     """Tell whether a file is."""
     salvage = Salvage()
-    return len(list(messages(path, salvage))) > 0 and salvage.whole
+    return len(list(messages(path.open("rb"), salvage))) > 0 and salvage.whole
 
 
 def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
@@ -87,7 +87,7 @@ def test_an_error_of_the_runner_itself_still_stops_devices_first_and_closes_the_
     assert whole(folder / "session.mcap")
     assert json.loads((folder / "events.json").read_text("utf-8")) == []
     store, last = schemas.typestore(), {}
-    for message in messages(folder / "session.mcap", Salvage()):
+    for message in messages((folder / "session.mcap").open("rb"), Salvage()):
         if message.topic.endswith("/wave_up"):
             last[message.topic] = store.deserialize_cdr(message.data, schemas.WAVE)
     assert len(last) == 4

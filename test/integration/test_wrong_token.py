@@ -27,6 +27,7 @@ def test_a_wrong_token_is_said_at_both_terminals(tmp_path, wrong):
         arguments=("-r", "__ns:=/user1", *(word for way in ways for word in ("-r", way))),
     )
     with server, master:
-        server.await_output("user1/up: packets of another session are refused: session.token_file")
-        master.await_output("user1/down: packets of another session are refused: session.token")
+        for node, way in ((server, "up"), (master, "down")):
+            node.await_output(f"/server/user1/wave_{way}: ")
+            node.await_output("of another session refused: session.token_file")
         assert (master.stop(), server.stop()) == (0, 0)

@@ -20,7 +20,7 @@ from support import handmade
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.salvage import Salvage, messages_in
+from pmwvc_analysis.recording.salvage import Salvage, messages
 from pmwvc_core.runtime.messages import nanoseconds
 
 TRACES = handmade.session(duration_s=0.8, users=1)
@@ -43,7 +43,7 @@ def data(folder):
 def read(data):
     """The messages that a file gives back, and what is said of it."""
     found = Salvage()
-    return list(messages_in(io.BytesIO(data), found)), found
+    return list(messages(io.BytesIO(data), found)), found
 
 
 @pytest.mark.parametrize("bare", [False, True])

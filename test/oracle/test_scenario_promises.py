@@ -7,12 +7,12 @@ import functools
 import numpy as np
 import pytest
 
-from pmwvc_analysis.compare.rendered import measured_rendering, rendering
 from pmwvc_analysis.traces.consistency import inconsistencies
-from pmwvc_analysis.transparency.transparency import ideal_of
+from pmwvc_analysis.transparency.transparency import ideal_of, transparency
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
+from reproduction.local_model import swept
 
 
 @functools.cache
@@ -178,17 +178,14 @@ def test_a_local_model_brings_the_first_resonance_nearer_to_the_ideal():
     """At rest the wall's 500 N/m are felt; the sweep shows both, as the model says."""
     scenario = scenarios.load("wall_local_model")
     traces, result = ran("wall_local_model")
-    swept, modelled = (
-        measured_rendering(traces, scenario),
-        rendering(traces, scenario, live=False),
-    )
+    seen, modelled = swept(traces, scenario), transparency(scenario).rendered
     plain = scenarios.load("wall_local_model", settings_texts=("master.bank.kind=none",))
-    without = rendering(ran("wall_local_model", "master.bank.kind=none")[0], plain, live=False)
-    ideal = rendering(traces, ideal_of(scenario), live=False).first_peak_hz
+    without = transparency(plain).rendered
+    ideal = transparency(ideal_of(scenario)).rendered.first_peak_hz
     assert result["stable"]
     assert result["users"][0]["safety_events"] == 0
     assert modelled.k_felt == pytest.approx(500.0, rel=0.01)
-    for found in (swept, modelled):
+    for found in (seen, modelled):
         assert found.first_peak_hz == pytest.approx(5.2, abs=0.2)
         assert abs(ideal - found.first_peak_hz) < abs(ideal - without.first_peak_hz) - 0.8
 

@@ -32,7 +32,7 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 ROOMS = {
     "laws": Room(5_962, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_393,
+        3_388,
         2_500,
         inside(
             "pmwvc_core",
@@ -52,9 +52,9 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_649, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_639, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_992,
+        3_960,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -68,14 +68,14 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_270,
+        3_250,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_249, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_120, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_197, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_292,
         1_250,
@@ -94,7 +94,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_055, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_026, 3_000, ("pmwvc_view",)),
+    "page": Room(3_004, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -14,7 +14,7 @@ from pmwvc_analysis.recording.writer import SessionWriter
 
 def raw(folder):
     """Every message of a folder, in order."""
-    return list(messages(folder / "session.mcap", Salvage()))
+    return list(messages((folder / "session.mcap").open("rb"), Salvage()))
 
 
 def written(found, folder):

@@ -146,7 +146,8 @@ def test_sessions_and_users_have_keys_of_their_own():
     ("text", "words"),
     [
         ("", "holds no session token"),
-        ("PMWVC session token, secret\nsession zz\nkey 1", "holds no session token"),
+        ('{"session": "zz", "user": "user1", "key": "1"}', "holds no session token"),
+        ("[1]", "holds no session token"),
         (None, "No such file"),
     ],
 )

@@ -4,7 +4,7 @@
 
 import pytest
 
-from pmwvc_bringup.combinations import combinations
+from pmwvc_bringup.comparison import combinations
 from pmwvc_core.errors import ScenarioError
 
 

@@ -13,7 +13,7 @@ from pmwvc_analysis.figures.comparison_charts import measures
 from pmwvc_analysis.report import comparison as files
 from pmwvc_analysis.report.comparison import row
 from pmwvc_bringup import comparison as report
-from pmwvc_bringup.combinations import combinations
+from pmwvc_bringup.comparison import combinations
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.traces import SessionTraces

@@ -37,7 +37,7 @@ def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc,
     assert result.returncode == 0, result.stderr
     assert "Four channels: positions, velocities and forces both ways" in result.stdout
     assert "  Stable: spectral radius" in result.stdout
-    assert "four_channel comes from another package: its model was tried" in result.stdout
+    assert "four_channel comes from another package: its model is that of" in result.stdout
     assert "Predicted stable: it was." in result.stdout
     summary = json.loads((out / "summary.json").read_text("utf-8"))
     assert summary["controller"] == "four_channel"

@@ -44,7 +44,7 @@ def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, t
     assert result.returncode == 0, result.stderr
     assert "mean of the last two forces" in result.stdout
     assert "  Stable: spectral radius" in result.stdout
-    assert "averaged comes from another package: its model was tried" in result.stdout
+    assert "averaged comes from another package: its model is that of" in result.stdout
     assert "round trip" not in result.stdout  # its lag is not known
     assert "contradict" not in result.stdout
     summary = json.loads((out / "summary.json").read_text("utf-8"))

@@ -8,7 +8,7 @@ from support import handmade
 from support.handmade import FORCE_N, session, without_blocks
 
 from pmwvc_analysis.compare.measures import measures
-from pmwvc_analysis.report.story import story
+from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.traces.thresholds import IMPACT_S
 from pmwvc_analysis.verdicts.check import verdict_lines
@@ -155,7 +155,7 @@ def test_buzz_is_what_lies_above_60_hz_and_not_what_hands_do():
     assert felt_words(found._asdict()).startswith(text)
     result = summary(traces, handmade.scenario())
     assert result["users"][0]["buzz_n"] == found.buzz_n
-    assert text in story(traces, handmade.scenario(), result)
+    assert f"Felt by user1: {text}" in render(traces, handmade.scenario(), result, [])
     assert measures(traces, handmade.scenario())["buzz_n"] == found.buzz_n
 
 

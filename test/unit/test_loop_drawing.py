@@ -1,27 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The drawing of the loop and the paragraph on what happened carry the session's own numbers."""
+"""The drawing of the loop carries the session's own numbers."""
 
 import dataclasses
 import xml.etree.ElementTree as ET
 
-import numpy as np
 import pytest
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.report.loop import blocks, drawing
-from pmwvc_analysis.report.story import story
-from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.words import count, listed
 
 OWN = ("device", "port", "filter", "hold", "up", "down")
-
-
-def told(traces, scenario):
-    return story(traces, scenario, summary(traces, scenario))
 
 
 def texts(svg):
@@ -88,32 +81,6 @@ def test_names_cannot_become_markup():
     user = dataclasses.replace(user, name="<b>&")
     markup = drawing(blocks(scenario, user, None), name=user.name, waves=True)
     assert ET.fromstring(markup).get("aria-label") == "Control loop of <b>&"
-
-
-def test_the_paragraph_states_who_touched_what_when_and_with_what_force():
-    text = told(handmade.session(), handmade.scenario())
-    assert "user1 and user2 touched the cube from the start." in text
-    assert "at the end 1.00 N and 1.00 N." in text
-    assert "moved" not in text
-    assert "safety" not in text
-
-
-def test_the_paragraph_states_how_far_the_object_went():
-    traces = handmade.session()
-    steps = len(traces.server.time_s)
-    traces.server.x_o[:, 0] = np.linspace(0.0, 0.06, steps)
-    assert "and moved it 60 mm." in told(traces, handmade.scenario())
-    traces.server.x_o[:, 0] = 0.06 * np.sin(np.pi * np.arange(steps) / (steps - 1))
-    assert "and moved it up to 60 mm (0 mm at the end)." in told(traces, handmade.scenario())
-
-
-def test_no_contact_is_stated_and_an_unrecorded_one_is_left_out():
-    traces = handmade.session()
-    for touches in traces.server.contact:
-        touches[:] = False
-    assert "No user touched the cube." in told(traces, handmade.scenario())
-    traces.server, traces.users = None, []
-    assert told(traces, None) == ""
 
 
 def test_counts_and_lists_read_well():

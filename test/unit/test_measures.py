@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 from support.plain import load
 
-from pmwvc_analysis.compare.measures import MEASURES, Compared, force_error, measured, measures
-from pmwvc_analysis.compare.rendered import rendering
+from pmwvc_analysis.compare.measures import (
+    MEASURES,
+    Compared,
+    force_error,
+    measured,
+    measures,
+    rendering,
+)
 from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
+from reproduction.local_model import swept
 
 BASE = {
     "name": "short",
@@ -101,21 +108,21 @@ CHIRP = BASE | {
 }  # fmt: skip
 
 
-def test_what_a_chirp_shows_is_what_the_model_gives():
-    """Two routes: the exact model, and spectra of a session with the same settings."""
+def test_what_a_chirp_and_a_press_show_is_what_the_model_gives():
+    """Three routes: the exact model, spectra of a session, and a press in virtual time."""
     scenario = parse_scenario(CHIRP)
-    traces = simulate_one(scenario)
-    model = rendering(traces, scenario, live=False)
+    model, seen = rendering(scenario, live=False), swept(simulate_one(scenario), scenario)
     # Nothing of the model is asked for what is not linear; with friction of nearly zero the motion
-    # is the same, and the chirp has to tell.
-    rubbed = parse_scenario(CHIRP, overrides={"device.friction": 1e-9})
-    seen = rendering(traces, rubbed, live=False)
-    assert (model.source, seen.source) == ("model", "measured")
-    ideal = rendering(traces, ideal_of(scenario), live=False)
-    assert ideal.k_felt == pytest.approx(800.0, rel=1e-3)
+    # is the same, and the press has to tell.
+    pressed = rendering(parse_scenario(CHIRP, overrides={"device.friction": 1e-9}), live=False)
+    assert (model["k_felt_from"], pressed["k_felt_from"]) == ("model", "press")
+    assert pressed["first_peak_hz"] is None
+    ideal = rendering(ideal_of(scenario), live=False)
+    assert ideal["k_felt"] == pytest.approx(800.0, rel=1e-3)
+    assert pressed["k_felt"] == pytest.approx(model["k_felt"], rel=1e-3)
     # Windows of 8 s smear the lowest frequencies of a sweep: about 3 %.
-    assert seen.k_felt == pytest.approx(model.k_felt, rel=0.05)
-    assert seen.first_peak_hz == pytest.approx(model.first_peak_hz, rel=0.06)
+    assert seen.k_felt == pytest.approx(model["k_felt"], rel=0.05)
+    assert seen.first_peak_hz == pytest.approx(model["first_peak_hz"], rel=0.06)
 
 
 def test_an_unstable_session_has_no_rendered_stiffness():

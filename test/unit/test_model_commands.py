@@ -83,7 +83,7 @@ def test_a_map_is_written_in_a_folder_of_its_own(pmwvc, tmp_path):
     found = json.loads(pmwvc(*words, "--out", "drawn").stdout)
     assert found["boundary"] == pytest.approx([2470.8, 2166.0], rel=5e-3)
     kinds = {path.suffix for path in (tmp_path / "drawn").glob("map.*")}
-    assert kinds == {".png", ".svg", ".npz", ".csv", ".mat", ".json"}
+    assert kinds == {".png", ".svg", ".csv", ".json"}
     assert "drawn is not empty" in refused(pmwvc(*words, "--out", "drawn"))
     assert pmwvc(*words).returncode == 0
     (folder,) = (tmp_path / "sessions").iterdir()

@@ -176,10 +176,10 @@ def test_energy_of_counters_that_began_anew_is_no_longer_judged(again):
         feed.on_master(block(start, np.ones(8), first_tick=first, up_j=sent))
         feed.on_server(step(start + 4, ("user1",), number=number, came_j=0.5 * came))
         feed.rows((start + 8) * MS)
-    balances = feed.users["user1"].balances
-    assert balances.known == balances.judged == (again is None)
-    assert balances.worst["up"].margin_j >= 0.0
-    assert feed.server.judged == (again in (None, "master"))
+    user = feed.users["user1"]
+    assert user.known == user.judged == (again is None)
+    assert feed.worst["user1", "up"].passive is not False
+    assert feed.server_judged == (again in (None, "master"))
 
 
 @pytest.mark.parametrize(("late_j", "judged"), [(0.0, True), (0.1, False)])
@@ -189,8 +189,8 @@ def test_counters_that_began_at_different_times_are_not_judged(late_j, judged):
         feed.on_master(block(start, np.ones(8), up_j=1e-3 * start))
         feed.on_server(step(start + 4, ("user1",), came_j=0.5e-3 * max(start - 8, 0) + late_j))
         feed.rows((start + 8) * MS)
-    assert feed.users["user1"].balances.judged is judged
-    assert all(worst.margin_j >= 0.0 for worst in feed.users["user1"].balances.worst.values())
+    assert feed.users["user1"].judged is judged
+    assert all(found.passive is not False for found in feed.worst.values())
 
 
 def run_live(scenario, ticks, poll=16):
@@ -257,19 +257,19 @@ def test_page_has_the_reports_balances(texts):
     scenario = load("carry_16ms", settings_texts=texts, duration_s=2.4)
     layout, feed, rows = run_live(scenario, 2400)
     for energy in user_energies(simulated(scenario), scenario):
-        balances = feed.users[energy.name].balances
-        assert energy.parts.keys() == balances.energy.parts.keys()
-        for part, balance in balances.energy.parts.items():
+        shown = feed.users[energy.name]
+        assert energy.parts.keys() == shown.energy.parts.keys()
+        for part, balance in shown.energy.parts.items():
             reported = energy.parts[part]
             at = np.rint(1e3 * balance.time_s).astype(int) // 8
             assert 50 < len(at) < 160 and at[-1] > 280  # a second, of 2.4
             for name in ("energy_in_j", "energy_out_j"):
                 own, whole = getattr(balance, name), getattr(reported, name)
                 np.testing.assert_allclose(own[:-2], whole[at][:-2], rtol=1e-12, atol=1e-15)
-            assert balances.least_j[part] == pytest.approx(reported.minimum_j, abs=1e-12)
+            assert shown.least_j[part] == pytest.approx(reported.minimum_j, abs=1e-12)
             column = f"{energy.name}.energy_{rows_module.WAYS[part]}_in"
             assert values(layout, rows, column)[-1] == balance.energy_in_j[-1]
-        assert all(worst.margin_j >= 0.0 for worst in balances.worst.values())
+    assert all(found.passive is not False for found in feed.worst.values())
 
 
 def test_balance_of_counters_read_at_two_instants_would_be_below_zero(carried):
@@ -283,8 +283,8 @@ def test_channel_without_waves_that_shakes_is_not_passive_and_said_to_be():
     scenario = load("direct_16ms")
     _, feed, _ = run_live(scenario, 8000)
     found = told(feed, scenario=scenario)
-    assert found["level"] == "bad" and found["verdict"].startswith("Not passive: user1, hand to")
-    assert feed.users["user1"].balances.worst["hand_port"].balance_j < -1e-3
+    assert found["level"] == "bad" and found["verdict"].startswith("Not passive: user1, port")
+    assert feed.worst["user1", "hand_port"].least_j < -1e-3
 
 
 def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):

@@ -16,7 +16,7 @@ from support.simulated import judged, simulated
 
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.traces import HandTargets
-from pmwvc_view import replay_page
+from pmwvc_view import recorded
 from pmwvc_view.recorded import RecordedSession
 
 PERIOD_S = 0.016
@@ -129,15 +129,15 @@ def test_lag_is_told_until_it_changes_and_only_that_users():
 
 def test_recording_of_other_users_has_no_page():
     traces = simulated(SCENARIO)
-    assert replay_page.replay_page(replace(traces, users=[]), SCENARIO, {}) is None
+    assert recorded.replay_page(replace(traces, users=[]), SCENARIO, {}) is None
 
 
 @pytest.mark.parametrize("rows", [4000, 50])
 def test_page_in_a_file_holds_the_session_and_loads_nothing(monkeypatch, rows):
-    monkeypatch.setattr(replay_page, "ROWS", rows)
-    monkeypatch.setattr(replay_page, "PACKETS", 20 * rows)
+    monkeypatch.setattr(recorded, "ROWS", rows)
+    monkeypatch.setattr(recorded, "PACKETS", 20 * rows)
     lossy = replace(SCENARIO, users=tuple(_lossy(user) for user in SCENARIO.users))
-    text = replay_page.replay_page(simulated(lossy), lossy, judged(lossy))
+    text = recorded.replay_page(simulated(lossy), lossy, judged(lossy))
     assert not re.search(r"(src|href)=.(?!data:)|https?://(?!www.w3.org)", text)
     found = json.loads(re.search(r'id="recording">(.*?)</script>', text)[1])
     assert found["declared"]["can"] == ["pause", "seek", "speed"]
@@ -158,4 +158,4 @@ def _lossy(user):
 
 def test_session_of_other_users_has_no_page_in_a_file():
     nobody = replace(simulated(SCENARIO), users=[])
-    assert replay_page.replay_page(nobody, SCENARIO, judged(SCENARIO)) is None
+    assert recorded.replay_page(nobody, SCENARIO, judged(SCENARIO)) is None

@@ -10,13 +10,13 @@ import pytest
 from support.plain import load
 from support.simulated import simulated
 
+from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.verdicts import stability
 from pmwvc_view.controls import changed
 from pmwvc_view.description import lags, moving
-from pmwvc_view.feed.balances import Worst
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout
@@ -167,10 +167,11 @@ def test_energy_that_was_lent_is_named_with_what_no_link_gave_out():
     feed, judge, found = told("wall", 2, ("channel=strict", "task.grip_rise_s=0.3"))
     said = found[-1]["verdict"]
     assert "it received and was lent at the start (" in said and found[-1]["level"] == "good"
-    feed.users["user1"].balances.worst["hand_port"] = Worst(-1e-3, -1e-3, 0.5)
+    lent = Finding("user1", "hand_port", False, least_j=-1e-3, least_s=0.5)
+    feed.worst["user1", "hand_port"] = lent
     options = {"exact_hands": ["user1"], "notices": []}
     bad = verdict(feed, judge, load("wall"), **options)
-    assert bad["verdict"].startswith("Not passive: user1, hand to object, gave out 1 mJ")
+    assert bad["verdict"].startswith("Not passive: user1, port of the hand, gave out 1 mJ")
 
 
 def test_what_a_hand_has_felt_is_told_as_the_report_tells_it():
@@ -191,9 +192,9 @@ def test_hand_with_an_encoder_is_judged_by_its_true_motion_as_in_the_report():
     scenario = load("wall", settings_texts=ENCODER, duration_s=4.0)
     feed, _, found = told("wall", 4, ENCODER)
     energy = user_energies(simulated(scenario), scenario)[0]
-    least_j = feed.users["user1"].balances.worst["hand_port"].balance_j
+    least_j = feed.worst["user1", "hand_port"].least_j
     assert least_j == pytest.approx(energy.joint.balance_j.min(), rel=1e-6) and least_j < -1e-4
-    assert found[-1]["verdict"].startswith("Not passive: user1, hand to object, gave out 140 µJ")
+    assert found[-1]["verdict"].startswith("Not passive: user1, port of the hand, gave out 140 µJ")
 
 
 def test_delay_that_changes_under_load_is_noted_until_the_device_is_coupled_anew():

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 from support.packer import Packer
 
-from pmwvc_core.runtime.watch import Peers, WrongTokens
+from pmwvc_core.runtime.watch import Peers
 from pmwvc_core.transport.packet import Receipt, refused
 from pmwvc_core.transport.receiver import Receiver
 
@@ -18,11 +18,12 @@ class Rig:
     def __init__(self, *publishers):
         self.names = {DOWN: list(publishers), UP: ["/user1/master"]}
         self.inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
-        self.now_s = 100.0
+        self.now_s, self.warnings = 100.0, []
         self.peers = Peers(
             lambda topic: self.names[topic],
             inboxes={DOWN: self.inbox},
             own=[UP],
+            warn=self.warnings.append,
             clock=lambda: self.now_s,
         )
 
@@ -61,7 +62,7 @@ def test_packets_of_another_sender_are_reported_once_and_stay_in_the_values():
     rig.inbox.push(packet, 0)
     rig.inbox.push(dataclasses.replace(packet, epoch=0xDEF), 1)
     wrong, values = rig.peers.look()
-    assert wrong == [f"1 packet of another sender refused on {DOWN}"]
+    assert wrong == [f"{DOWN}: 1 packet of another sender refused"]
     assert values[f"{DOWN}: sender followed"].endswith("abc")
     assert values[f"{DOWN}: other senders"] == f"{0xDEF:016x} (1 packets)"
     assert rig.wrong() == ""
@@ -70,8 +71,15 @@ def test_packets_of_another_sender_are_reported_once_and_stay_in_the_values():
 @pytest.mark.parametrize(
     ("verdict", "text"),
     [
-        (Receipt.FORGED, "2 packets without the user's token refused"),
-        (Receipt.OTHER_SESSION, "2 packets of another session refused"),
+        (
+            Receipt.FORGED,
+            "2 packets refused: the user's token (session.token_file) did not seal them",
+        ),
+        (
+            Receipt.OTHER_SESSION,
+            "2 packets of another session refused: session.token_file must be of one "
+            "'pmwvc token' at both ends, or empty at both",
+        ),
         (Receipt.FLOOD, "2 packets beyond the rate of a sender refused"),
         (Receipt.CORRUPTED, "2 packets corrupted on their way"),
     ],
@@ -81,18 +89,16 @@ def test_packets_refused_at_the_door_are_reported_once(verdict, text):
     rig.inbox.push(Packer(1, period=0.008).pack(0.0, 0.0, 0), 0)
     for _ in range(2):
         rig.inbox.push(refused(verdict), 1)
-    assert rig.wrong() == f"{text} on {DOWN}"
+    assert rig.wrong() == f"{DOWN}: {text}"
     assert rig.wrong() == ""
 
 
-def test_a_wrong_token_is_named_when_it_begins_and_again_after_a_pause():
-    inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
-    tokens = WrongTokens({"user1/up": inbox})
-    found = []
+def test_a_wrong_token_is_told_when_it_begins_and_again_after_a_pause():
+    rig, told = Rig("/netem", "/stranger"), []  # also where that is another publisher
     for verdict in (Receipt.FORGED, Receipt.FORGED, Receipt.CORRUPTED, Receipt.FORGED):
-        inbox.push(refused(verdict), 1)
-        found.append(tokens.look())
-    assert [len(sentences) for sentences in found] == [1, 0, 0, 1]
-    assert found[0] == [
-        "user1/up: packets are refused: the user's token (session.token_file) did not seal them"
-    ]
+        rig.inbox.push(refused(verdict), 1)
+        rig.wrong()
+        told.append(len(rig.warnings))
+    assert told == [1, 1, 1, 2]
+    text = "1 packet refused: the user's token (session.token_file) did not seal them"
+    assert set(rig.warnings) == {f"{DOWN}: {text}"}

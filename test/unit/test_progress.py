@@ -3,15 +3,11 @@
 """What a terminal and a log show of work that lasts, and of a session that runs."""
 
 import io
-from dataclasses import replace
 
 from rich.console import Console
 
 from pmwvc_bringup.output import doing
-from pmwvc_bringup.session.terminal import UserStatus, status_line, status_table
-
-TIMES = {"elapsed_s": 2.0, "duration_s": 10.0}
-COUPLED = UserStatus("user1", 1000.4, 125.0, force_n=-1.5, state=1, contact=True)
+from pmwvc_bringup.session.terminal import user_words
 
 
 def test_a_terminal_shows_a_bar_of_each_part_and_is_left_as_it_was():
@@ -34,15 +30,7 @@ def test_nothing_of_it_is_written_where_there_is_no_terminal():
     assert stream.getvalue() == ""
 
 
-def test_a_line_and_a_table_show_all_of_every_user():
-    seen, ended = replace(COUPLED, up_s=0.0172, down_s=0.0168), ["netem was ended by SIGKILL"]
-    text = status_line([COUPLED, UserStatus("user2"), seen], ended, **TIMES)
-    own = "1000 Hz 125/s {} -1.50 N coupled, contact"
-    assert text == (
-        f"   2.0 / 10 s | user1 {own.format('-')} | user2 - - - - no data"
-        f" | user1 {own.format('17.2/16.8 ms')} | netem was ended by SIGKILL"
-    )
-    console = Console(file=io.StringIO(), width=120)
-    console.print(status_table([seen], ended, **TIMES))
-    for part in ("user1", "1000 Hz", "125/s", "17.2/16.8 ms", "-1.50 N", "SIGKILL"):
-        assert part in console.file.getvalue()
+def test_a_line_shows_all_of_a_user():
+    text = user_words("user1", 1000.4, 125.0, (0.0172, 0.0168), -1.5, 1, True)
+    assert text == "user1 1000 Hz 125/s 17.2/16.8 ms -1.50 N coupled, contact"
+    assert user_words("user2", None, None, None, None, None, False) == "user2 - - - - no data"

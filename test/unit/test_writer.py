@@ -52,7 +52,7 @@ def begun(folder):
 
 def stored(path):
     salvage = Salvage()
-    return [message.data for message in messages(path, salvage)], salvage
+    return [message.data for message in messages(open(path, "rb"), salvage)], salvage
 
 
 def packets(count):

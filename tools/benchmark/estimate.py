@@ -7,7 +7,7 @@ import os
 from benchmark import networks
 from benchmark.study import Plan
 from benchmark.walls import GRID
-from pmwvc_analysis.maps.workers import dask_cores
+from pmwvc_analysis.maps.workers import cluster
 from pmwvc_core.words import count
 
 COMPILING_S = 45.0  # the laws of a method at three kinds of tasks
@@ -18,7 +18,10 @@ PLAN_S = 0.15  # the fates of all packets on a network
 
 def cores(workers: int | None, dask: str | None) -> int:
     """Return how many sessions run at once."""
-    return dask_cores(dask) if dask is not None else workers or os.cpu_count() or 1
+    if dask is None:
+        return workers or os.cpu_count() or 1
+    with cluster(dask) as client:
+        return sum(client.ncores().values())
 
 
 def words(plan: Plan | networks.Plan, at_once: int) -> str:

@@ -68,8 +68,14 @@ def _events(axes: "Axes", events: Sequence[tuple[float, str]]) -> None:
         axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
         if time_s - numbered_s > close:
             numbered_s = time_s
-            axes.annotate(number, (time_s, 1.0), xycoords=("data", "axes fraction"),
-                          color=LIGHT["soft"], fontsize=8, va="top")  # fmt: skip
+            axes.annotate(
+                number,
+                (time_s, 1.0),
+                xycoords=("data", "axes fraction"),
+                color=LIGHT["soft"],
+                fontsize=8,
+                va="top",
+            )
 
 
 def _panel(axes: "Axes", panel: Panel) -> None:
@@ -119,31 +125,13 @@ def _interrupted(line: Curve) -> tuple[Array, Array]:
     return np.insert(line.x, gaps, np.nan), np.insert(line.y, gaps, np.nan)
 
 
-class Pool:
-    """Arrays of a report, each stored once; evenly stepped ones as start, step and count."""
-
-    def __init__(self) -> None:
-        self.stored: list[Any] = []
-        self._known: dict[bytes, int] = {}
-
-    def put(self, values: Array) -> int:
-        """Store an array and return its number."""
-        single = np.ascontiguousarray(values, dtype="<f4")
-        content = single.tobytes()
-        if content not in self._known:
-            self._known[content] = len(self.stored)
-            self.stored.append(_even(np.asarray(values)) or base64.b64encode(content).decode())
-        return self._known[content]
+Arrays = dict[str, int]  # of a report by content, each once: its number
 
 
-def _even(values: Array) -> list[float] | None:
-    if len(values) < 8 or not np.isfinite(values).all():
-        return None
-    step = float(values[-1] - values[0]) / (len(values) - 1)
-    even = float(values[0]) + step * np.arange(len(values))
-    if step <= 0.0 or np.abs(values - even).max() > 1e-4 * step:
-        return None
-    return [float(values[0]), step, len(values)]
+def _stored(values: Array, arrays: Arrays) -> int:
+    """Store an array and return its number."""
+    single = np.ascontiguousarray(values, dtype="<f4")
+    return arrays.setdefault(base64.b64encode(single.tobytes()).decode(), len(arrays))
 
 
 def payload(
@@ -156,13 +144,13 @@ def payload(
     most = max(curves, default=0)
     if 2 * sum(curves) > MOST_NUMBERS:
         most = max(LEAST_POINTS, MOST_NUMBERS // (2 * len(curves)))
-    pool = Pool()
+    arrays: Arrays = {}
     found = [
         {"name": chart.name, "heading": chart.heading}
-        | {"panels": [_fields(panel, pool, most) for panel in chart.panels]}
+        | {"panels": [_fields(panel, arrays, most) for panel in chart.panels]}
         for chart in charts
     ]
-    data = {"span": span, "events": events, "charts": found, "arrays": pool.stored}
+    data = {"span": span, "events": events, "charts": found, "arrays": [*arrays]}
     return data, all(length <= most for length in curves)
 
 
@@ -185,14 +173,14 @@ def thinned(x: Array, y: Array, *, period: float, most: int) -> Integers:
     return np.unique(kept)
 
 
-def _fields(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
+def _fields(panel: Panel, arrays: Arrays, most: int) -> dict[str, Any]:
     """Return the fields of a panel and of all it shows; arrays by their numbers."""
     kinds = ("lines", "dots", "layers", "bands", "levels")
-    shown = {kind: [_shown(each, pool, most) for each in getattr(panel, kind)] for kind in kinds}
+    shown = {kind: [_shown(each, arrays, most) for each in getattr(panel, kind)] for kind in kinds}
     return vars(panel) | shown | {"of_time": panel.of_time}
 
 
-def _shown(each: Any, pool: Pool, most: int) -> dict[str, Any]:
+def _shown(each: Any, stored: Arrays, most: int) -> dict[str, Any]:
     fields: dict[str, Any] = {**vars(each)}
     rows: Integers | slice = slice(None)
     if isinstance(each, (Curve, Dots)):
@@ -201,5 +189,5 @@ def _shown(each: Any, pool: Pool, most: int) -> dict[str, Any]:
         if 0.0 < period < math.inf and len(rows) < len(each.x):
             # only a gap beyond the thinned steps is one
             fields |= {"period": max(period, float(np.ptp(each.x)) / max(1, most // 4))}
-    arrays = {n: pool.put(v[rows]) for n, v in fields.items() if isinstance(v, np.ndarray)}
-    return fields | arrays
+    arrays = fields.items()
+    return fields | {n: _stored(v[rows], stored) for n, v in arrays if isinstance(v, np.ndarray)}

@@ -3,10 +3,12 @@
 """The measures of a comparison (docs/file_format.md): one row of numbers per session. Unknown
 measures are None.
 
-Stability and passivity are those of the verdicts, ``k_max`` that of the exact model, stiffness and
-resonance (where the session was stable) those of :mod:`.rendered`, free space of :mod:`.probes`.
+Stability and passivity are those of the verdicts, ``k_max`` that of the exact model. Stiffness and
+resonance (where the session was stable) are from the exact model where one holds and leaves no
+effect of the links out, else from a simulated press; free space is that of :mod:`.probes`.
 """
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,12 +17,14 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.compare.probes import free_space
-from pmwvc_analysis.compare.rendered import RenderedCurve, rendering
+from pmwvc_analysis.compare.probes import free_space, pressed_stiffness
+from pmwvc_analysis.models.linear import left_out as unmodelled
+from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
+from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.passivity import part_words, passivity
 from pmwvc_core.errors import PmwvcError
@@ -88,7 +92,6 @@ class Compared:
     folder: str = ""
     tuning: str | None = None
     measures: dict[str, Any] = field(default_factory=dict)
-    rendered: RenderedCurve | None = None
 
 
 def measured(entry: Compared) -> Compared:
@@ -100,9 +103,7 @@ def measured(entry: Compared) -> Compared:
     live = traces.live or int(answer) > 0
     found["k_max"] = largest_stiffness(scenario, live=live)
     if found["stable"]:
-        own = entry.rendered = rendering(traces, scenario, live=live)
-        found |= {"k_felt": own.k_felt, "first_peak_hz": own.first_peak_hz}
-        found["k_felt_from"] = own.source or None
+        found |= rendering(scenario, live=live)
     if (free := free_space(scenario)) is not None:
         found |= zip(FREE, free, strict=True)
     return entry
@@ -132,14 +133,25 @@ def _extreme(of: Callable[..., Any], values: Sequence[float | None]) -> float | 
     return float(of(known)) if known else None
 
 
+def rendering(scenario: Scenario, *, live: bool) -> dict[str, Any]:
+    """Return stiffness and first resonance rendered to the first user, and where they are from."""
+    if not unmodelled(scenario):
+        with contextlib.suppress(PmwvcError, np.linalg.LinAlgError):  # not linear, or not stable
+            own = transparency(scenario, np.ones(1), live=live).rendered
+            return {
+                "k_felt": own.k_felt,
+                "first_peak_hz": own.first_peak_hz,
+                "k_felt_from": "model",
+            }
+    k = pressed_stiffness(scenario)
+    return {"k_felt": k, "first_peak_hz": None, "k_felt_from": "press" if k else None}
+
+
 def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
     """Return the largest stable contact stiffness of the exact model [N/m], None without one."""
-    from pmwvc_analysis.models.stability import k_max
-
-    try:
+    with contextlib.suppress(PmwvcError, np.linalg.LinAlgError):  # not linear, no such controller
         return k_max(scenario, live=live).first
-    except (PmwvcError, np.linalg.LinAlgError):  # not linear, or no such controller
-        return None
+    return None
 
 
 def coherency_m(traces: SessionTraces) -> float | None:

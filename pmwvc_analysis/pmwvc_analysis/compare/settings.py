@@ -31,6 +31,7 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.controllers.record import Rule
 from pmwvc_core.frame import Presence
 from pmwvc_core.params import BaselineParams
+from pmwvc_core.scenario.names import spec_of, split_user
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
@@ -47,11 +48,6 @@ WORDS = (
 GIVEN = "as given"
 IMPEDANCE = "master.impedance"
 ALWAYS = (IMPEDANCE, "master.filter.kind", "master.hold", "server.coupling")
-SWITCHES = (  # shown with waves where they are on: name, what belongs to it
-    ("master.velocity_filter.kind", ("master.velocity_filter.order",)),
-    ("master.bank.kind", ("master.local_model.stiffness",)),
-    ("master.position.feedback", ("master.position.gain",)),
-)
 
 
 def cost_of(traces: SessionTraces, scenario: Scenario) -> float:
@@ -173,19 +169,17 @@ def _missed(scenario: Scenario) -> str:
 
 
 def parameters_of(scenario: Scenario) -> dict[str, Any]:
-    """Return a controller's own parameters by dotted name, per user where users differ."""
+    """Return a controller's own parameters by dotted name, per user where users differ: with waves
+    those that are always told, and of the masters what is not the default.
+    """
     flat, record = scenario.flat(), record_of(scenario.controller)
     if not record.waves:
-        names = [name for name in flat if f".{record.name}." in f".{name}"]
-        return {name: flat[name] for name in names}
-    wanted = [*ALWAYS, *(f"server.{name}" for name in scenario.coupling.parameters)]
-    for name, more in SWITCHES:
-        if {flat[key] for key in flat if key == name or key.endswith(f".{name}")} != {"none"}:
-            wanted += [name, *more]
-    ends = {name for one in wanted for name in flat if name == one or name.endswith(f".{one}")}
-    matrices = [user.name for user in scenario.users if user.master.impedance_matrix]
-    ends -= {f"{name}.{IMPEDANCE}" for name in matrices}  # a matrix is in place of the number
-    if len(matrices) == len(scenario.users):
-        ends -= {IMPEDANCE}
-    ends |= {name for name in flat if name.endswith(f"{IMPEDANCE}_matrix") and flat[name]}
-    return {name: flat[name] for name in flat if name in ends}
+        return {name: flat[name] for name in flat if f".{record.name}." in f".{name}"}
+    always = {*ALWAYS, *(f"server.{name}" for name in scenario.coupling.parameters)}
+    found = {}
+    for name, value in flat.items():
+        path = split_user(name)[1]
+        own = path.startswith("master.") and value != spec_of(path).default
+        if (own or path in always) and not flat.get(f"{name}_matrix"):  # in place of the number
+            found[name] = value
+    return found

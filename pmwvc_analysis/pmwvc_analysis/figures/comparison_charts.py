@@ -45,9 +45,13 @@ def draw_all(entries: Sequence[Compared], folder: Path) -> list[tuple[Chart, Pat
 
 
 def signals(
-    entries: Sequence[Compared], name: str, heading: str, caption: str, y_label: str,
+    entries: Sequence[Compared],
+    name: str,
+    heading: str,
+    caption: str,
+    y_label: str,
     lines_of: Callable[[Compared], list[Curve]],
-) -> Chart:  # fmt: skip
+) -> Chart:
     """Return a panel per session, of one scale: that of the stable sessions, of all if none is."""
     pairs = [(entry, lines_of(entry)) for entry in entries]
     chosen = [line.y for entry, lines in pairs for line in lines if entry.measures["stable"]]
@@ -116,10 +120,12 @@ def overlay(first: Compared, second: Compared) -> Chart:
             ]
             panels.append(Panel(y_label, lines, title=user.name, tint=tint))
     return Chart(
-        "overlay", "Two sessions overlaid",
+        "overlay",
+        "Two sessions overlaid",
         "Each user's force and position: the first session solid, the second dashed.",
-        panels, f"{first.label} and {second.label}",
-    )  # fmt: skip
+        panels,
+        f"{first.label} and {second.label}",
+    )
 
 
 def measures(entries: Sequence[Compared]) -> Chart:

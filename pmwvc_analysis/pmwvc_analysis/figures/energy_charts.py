@@ -36,11 +36,12 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
     hands = [Curve("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)]
     layers = _stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()})
     return Chart(
-        "budget", "Energy budget",
+        "budget",
+        "Energy budget",
         "Energy given by the hands (black) and where it is: stored, dissipated, or in flight. "
         "Areas below zero are energy that was generated.",
         [Panel(f"energy [{unit}]", hands, layers=layers, with_zero=True, height=280.0)],
-    )  # fmt: skip
+    )
 
 
 def _stack(time_s: Array, groups: dict[str, Array]) -> list[Layer]:
@@ -87,10 +88,11 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if not panels:
         return None
     return Chart(
-        "controller", "Energy accounts of the controller",
+        "controller",
+        "Energy accounts of the controller",
         "Energies that the controller keeps account of: taken in, given out, withheld, stored.",
         panels,
-    )  # fmt: skip
+    )
 
 
 def unit_of(values: Array) -> tuple[str, float]:

@@ -46,10 +46,12 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         look = {"title": entry.name, "tint": tint, "height": 150.0, "with_zero": True}
         panels.append(Panel(f"balance [{unit}]", lines, bands=bands, **look))
     return Chart(
-        "energy", "Energy balance of the links",
+        "energy",
+        "Energy balance of the links",
         "Energy that entered each direction less the energy that left it. A passive link stays at "
-        "or above zero; where it does not, the time is shaded.", panels,
-    )  # fmt: skip
+        "or above zero; where it does not, the time is shaded.",
+        panels,
+    )
 
 
 def _ways(entry: UserEnergy) -> list[tuple[str, Balance, tuple[float, ...]]]:
@@ -75,10 +77,12 @@ def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         look: Any = {"title": title, "tint": tint, "height": 90.0, "with_zero": True}
         panels.append(Panel("delay [ms]", dots=_packets(fates, time_s, tint), **look))
     return Chart(
-        "network", "Packet delay and loss",
+        "network",
+        "Packet delay and loss",
         "Each dot is a packet: the time at which it entered the link, and its delay. Marks below "
-        "zero are packets that were lost (×) or dropped (+).", panels,
-    )  # fmt: skip
+        "zero are packets that were lost (×) or dropped (+).",
+        panels,
+    )
 
 
 def _packets(fates: FateTraces, time_s: Array, tint: str) -> list[Dots]:
@@ -105,7 +109,9 @@ def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if not dots:
         return None
     return Chart(
-        "loop", "Lateness of the force loop",
+        "loop",
+        "Lateness of the force loop",
         "Wake-up of each tick behind its deadline. Deadlines are absolute, so lateness does not "
-        "accumulate.", [Panel("lateness [µs]", dots=dots, y_log=True, height=170.0)],
-    )  # fmt: skip
+        "accumulate.",
+        [Panel("lateness [µs]", dots=dots, y_log=True, height=170.0)],
+    )

@@ -37,10 +37,12 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         lines, bands = position_lines(traces, axis, group), recorded.bands(traces)
         panels.append(Panel(label, lines, bands=bands, height=height, **look))
     return Chart(
-        "positions", "Positions",
+        "positions",
+        "Positions",
         "Each user's device and its avatar at the server, the object and its target. "
-        "A device ahead of its avatar shows the compliance of the link.", panels,
-    )  # fmt: skip
+        "A device ahead of its avatar shows the compliance of the link.",
+        panels,
+    )
 
 
 def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Curve]:
@@ -96,10 +98,12 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         look: Any = {"title": title, "tint": recorded.tint(traces, user.name), "height": height}
         panels.append(Panel(label, lines, bands=recorded.bands(traces), levels=levels, **look))
     return Chart(
-        "forces", "Forces",
+        "forces",
+        "Forces",
         "Force of the hand on the device, force that the device renders, and contact force on the "
-        "avatar. In a steady grip all three are equal.", panels,
-    )  # fmt: skip
+        "avatar. In a steady grip all three are equal.",
+        panels,
+    )
 
 
 def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Curve]:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.arrays import write_arrays, write_table
+from pmwvc_analysis.arrays import write_table
 from pmwvc_analysis.maps.workers import finished
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
@@ -149,27 +149,26 @@ def boundary_words(grid: Grid, radius: Array) -> str:
 
 
 def write_data(folder: Path, grid: Grid, radius: Array) -> list[Path]:
-    """Write NPZ, CSV, MAT and JSON; return the files."""
+    """Write CSV and JSON; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    x, y = np.array(grid.x.values), np.array(grid.y.values)
+    x, y = grid.x, grid.y
     flags, growth = stable(radius), growth_per_s(grid, radius)
-    arrays = {"spectral_radius": radius, "growth_per_s": growth, "stable": flags}
-    names = {"x_name": grid.x.name, "y_name": grid.y.name}
-    npz, mat = write_arrays(folder, "map", {"x": x, "y": y, **arrays, **names})
-    at_y, at_x = (values.ravel() for values in np.meshgrid(y, x, indexing="ij"))
-    columns = {grid.x.name: at_x, grid.y.name: at_y, "spectral_radius": radius.ravel()}
+    at_y, at_x = (values.ravel() for values in np.meshgrid(y.values, x.values, indexing="ij"))
+    columns = {x.name: at_x, y.name: at_y, "spectral_radius": radius.ravel()}
     columns |= {"stable": flags.ravel().astype(int), "growth_per_s": growth.ravel()}
     table = write_table(folder / "map.csv", columns)
     content: dict[str, Any] = {
         "scenario": grid.scenario.name,
         "live": grid.live,
-        "x": {"name": grid.x.name, "values": x.tolist()},
-        "y": {"name": grid.y.name, "values": y.tolist()},
-        **{name: values.tolist() for name, values in arrays.items()},
+        "x": {"name": x.name, "values": x.values},
+        "y": {"name": y.name, "values": y.values},
+        "spectral_radius": radius.tolist(),
+        "growth_per_s": growth.tolist(),
+        "stable": flags.tolist(),
         "boundary": boundary_of(grid, radius),
         "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }
     document = folder / "map.json"
     document.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
-    return [npz, table, mat, document]
+    return [table, document]

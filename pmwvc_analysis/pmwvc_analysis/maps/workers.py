@@ -43,7 +43,11 @@ def finished(
     if workers == 1 and dask is None:
         yield from ((item, work(item)) for item in items)
         return
-    with _processes(workers) if dask is None else _cluster(dask) as pool:
+    with contextlib.ExitStack() as until:
+        if dask is None:
+            pool = until.enter_context(_processes(workers))
+        else:
+            pool = until.enter_context(cluster(dask)).get_executor(pure=False)
         futures = {pool.submit(work, item): item for item in items}
         for future in concurrent.futures.as_completed(futures):
             yield futures[future], future.result()
@@ -70,21 +74,8 @@ def _processes(workers: int | None) -> Iterator[concurrent.futures.Executor]:
 
 
 @contextlib.contextmanager
-def _cluster(address: str) -> Iterator[concurrent.futures.Executor]:
-    """Yield what submits to a Dask cluster."""
-    with _dask(address) as client:
-        yield client.get_executor(pure=False)
-
-
-def dask_cores(address: str) -> int:
-    """Return how many items a Dask cluster computes at once."""
-    with _dask(address) as client:
-        return sum(client.ncores().values())
-
-
-@contextlib.contextmanager
-def _dask(address: str) -> Iterator[Any]:
-    """Yield a client of a cluster with at least one worker."""
+def cluster(address: str) -> Iterator[Any]:
+    """Yield a client of a Dask cluster with at least one worker."""
     try:
         # Optional with an installed ROS; make setup installs it.
         distributed: Any = importlib.import_module("distributed")

@@ -29,8 +29,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from pmwvc_analysis.models.linear import nonlinear, outside
-from pmwvc_analysis.models.matrices import matrices
-from pmwvc_analysis.models.response import reduced
+from pmwvc_analysis.models.matrices import matrices, reduced
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array, Complex

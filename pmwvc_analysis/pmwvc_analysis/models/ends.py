@@ -62,9 +62,14 @@ class End(ABC):
     name: str
 
     def __init__(
-        self, scenario: Scenario, made: tuple[Any, Any], ways: Sequence[LinkWay], extra: int,
-        ticks: int, dof: int,
-    ) -> None:  # fmt: skip
+        self,
+        scenario: Scenario,
+        made: tuple[Any, Any],
+        ways: Sequence[LinkWay],
+        extra: int,
+        ticks: int,
+        dof: int,
+    ) -> None:
         self.scenario, self.tick_s = scenario, scenario.tick_s
         self.ways, self.ticks, self.dof = ways, ticks, dof
         self.s, self.p = made
@@ -113,10 +118,15 @@ class End(ABC):
             if packets:
                 integral = plus(packets[-1].integral, integral)
             packet = no_packet(wave, extra)._replace(
-                number=count, sent_ns=count * round(period_s * 1e9), period_s=period_s,
-                integral=integral, energy_j=AMPLE_J * (1 + len(packets)), position=position,
-                echo=echo, fresh=count == 1,
-            )  # fmt: skip
+                number=count,
+                sent_ns=count * round(period_s * 1e9),
+                period_s=period_s,
+                integral=integral,
+                energy_j=AMPLE_J * (1 + len(packets)),
+                position=position,
+                echo=echo,
+                fresh=count == 1,
+            )
             if count > 0:
                 packets.append(packet)
         return packets

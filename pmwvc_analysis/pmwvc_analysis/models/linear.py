@@ -16,7 +16,7 @@ from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 
-AMPLITUDE = 2.0**-7  # of all signals [m, m/s, N, sqrt(W)] with which code from outside is tried
+AMPLITUDE = 2.0**-7  # of a motion [m, m/s, N, sqrt(W)], at which a model still holds
 
 
 class Element(NamedTuple):
@@ -183,7 +183,7 @@ def outside_words(scenario: Scenario) -> list[str]:
     """Return what the model of code from other packages rests on, in sentences."""
     most = f"{1e3 * AMPLITUDE:.1g} mm, mm/s or mN"
     return [
-        f"{each} comes from another package: its model was tried with signals of up to "
+        f"{each} comes from another package: its model is that of signals of up to "
         f"{most}; beyond that it is not known."
         for each in outside(scenario)
     ]

@@ -9,7 +9,7 @@ times. Over it the state goes on by a constant matrix::
 
 with f the hands' forces held over every tick, and y motion and force at the start of every tick,
 both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix.
-Of all states those count that matter (:mod:`.response`).
+Of all states those count that matter (:mod:`.matrices`).
 
 **Rigid motions** are no instability: where nothing holds the users to the ground, all may stand
 elsewhere (A t = t), and where nothing brakes them either, all may move on uniformly (A t = t up to
@@ -30,7 +30,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.loop import LinearLoop, held, loop_of
-from pmwvc_analysis.models.response import placed, reduced
+from pmwvc_analysis.models.matrices import reduced
+from pmwvc_analysis.models.response import placed
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario
 

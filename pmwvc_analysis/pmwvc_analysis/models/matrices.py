@@ -1,16 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The linear matrices of all ends of scenarios, each made once for what decides it; code of other
-packages is tried before its model is believed.
+"""The linear matrices of all ends of scenarios, each made once for what decides it.
 
-Whether a controller or a coupling from outside the library is linear at the amplitudes of a
-session only its author knows; so it is tried: the model has to be the same at the amplitude of a
-motion as at the tiny one of :mod:`.response`. A dead zone, a limit or a product of signals makes
-another one; state kept elsewhere than in what is returned breaks superposition. What changes at
-larger signals only is not seen: the notes of every answer say so.
+Of all states those matter that are read and driven,
+those present twice once: entries are exactly zero or rows exactly equal in every run, so leaving
+others out changes no eigenvalue other than zero, nor what follows from the inputs.
 """
 
-import dataclasses
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
@@ -18,26 +14,19 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.ends import PerturbedServer, PerturbedUser
-from pmwvc_analysis.models.linear import (
-    AMPLITUDE,
-    NonlinearError,
-    axes_of,
-    outside,
-    require_linear,
-)
+from pmwvc_analysis.models.linear import NonlinearError, axes_of, outside, require_linear
 from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
-from pmwvc_analysis.models.response import ONE, EndMatrix, Response, placed, reduced
+from pmwvc_analysis.models.response import EndMatrix, Response, placed
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import PLUGIN_ERRORS, PmwvcError, reason
-from pmwvc_core.numeric import Integers
+from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
 USUAL = User("")
 SERVER = ServerParams()
 OF_BOTH = ("name", "side", "master", "baseline", "own", "safety")  # of a user
-EQUAL = 1e-9  # relative to the largest entry
 
 
 def matrices(
@@ -46,54 +35,39 @@ def matrices(
     """Return every end of all runs that differ there, users before the server, and which of them
     each run has; parameters and errors as :func:`loop_of`.
     """
-    ends, found = ends_of(runs, live), []
-    if names := outside(runs[0]):
-        _try(runs, f"{runs[0].name}: {', '.join(names)}", live)
-    for (kind, *given), of_runs in ends:
-        different = tuple(dict.fromkeys(of_runs))
-        numbers = {run: number for number, run in enumerate(different)}
-        which = np.array([numbers[run] for run in of_runs])
-        found.append(
-            (made_once(kind, different, outputs and kind is PerturbedUser, *given), which)
-        )
-    return found
-
-
-def ends_of(runs: Sequence[Scenario], live: bool) -> list[tuple[tuple[Any, ...], list[Scenario]]]:
-    """Return every end of scenarios: how it is made, and of which scenario for each run, with what
-    decides it alone.
-    """
     scenario = runs[0]
     require_linear(scenario)
+    if outside(scenario) and scenario.strict:  # tried on the plain channel, in touch
+        touching = [(run, tuple(user.in_contact for user in run.users)) for run in runs]
+        matrices([changed(run, channel=PLAIN, users=users) for run, users in touching], live)
     ticks, dof = hyperperiod_ticks(scenario), axes_of(scenario)
     times = [link_times(user, scenario, live=live) for user in scenario.users]
     patterns = tuple(LinkTimes(up.pattern, down.pattern, taken) for up, down, taken in times)
-    found: list[tuple[tuple[Any, ...], list[Scenario]]] = []
+    found = []
     for i, each in enumerate(patterns):
         fed = any(run.users[i].master.position.is_on for run in runs)
         alone = each._replace(up=each.up._replace(delay=0))
         of_user = _decisive(runs, slice(i, i + 1), "device")
-        found.append(((PerturbedUser, ticks, dof, alone, fed), of_user))
-    return [
-        *found,
-        ((PerturbedServer, ticks, dof, patterns), _decisive(runs, slice(None), "contact")),
-    ]
+        found.append(_end(PerturbedUser, of_user, outputs, ticks, dof, alone, fed))
+    of_server = _decisive(runs, slice(None), "contact")
+    return [*found, _end(PerturbedServer, of_server, False, ticks, dof, patterns)]
 
 
-def _try(runs: Sequence[Scenario], what: str, live: bool) -> None:
-    """Try code of other packages, on the plain channel: a strict one passes a wave only if its
-    energy has come; NonlinearError where it has no model.
-    """
-    touching = [(run, tuple(user.in_contact for user in run.users)) for run in runs]
-    plain = [dataclasses.replace(run, channel=PLAIN, users=users) for run, users in touching]
+def _end(
+    kind: Any, of_runs: Sequence[Scenario], forces: bool, *given: Any
+) -> tuple[EndMatrix, Integers]:
+    """Return an end of all runs that differ there, and which of them each run has."""
+    numbers = {run: number for number, run in enumerate(dict.fromkeys(of_runs))}
     try:
-        for (kind, *given), of_runs in ends_of(plain, live):
-            for run in dict.fromkeys(of_runs):
-                require_tried(Response(kind(run, *given)), what)
+        end = made_once(kind, tuple(numbers), forces, *given)
     except PmwvcError:
         raise
-    except PLUGIN_ERRORS as error:  # whatever a plug-in raises
-        raise NonlinearError(f"{what}: not perturbed: {reason(error)}") from error
+    except PLUGIN_ERRORS as error:
+        if not (names := ", ".join(outside(of_runs[0]))):
+            raise
+        text = f"{of_runs[0].name}: {names}: not perturbed: {reason(error)}"
+        raise NonlinearError(text) from error
+    return end, np.array([numbers[run] for run in of_runs])
 
 
 def _decisive(runs: Sequence[Scenario], users: slice, group: str) -> list[Scenario]:
@@ -121,14 +95,40 @@ def made_once(kind: Any, runs: tuple[Scenario, ...], forces: bool, *given: Any) 
     return each[0]._replace(states=[states[j] for j in kept], matrix=matrix)
 
 
-def require_tried(response: Response, what: str) -> None:
-    """Refuse an end that is not linear at the amplitude of a motion."""
-    small, large = response.matrix(), response.matrix(one=AMPLITUDE)
-    names = [*(name for name, _ in small.states), *(signal.name for signal in small.sent)]
-    off = np.abs(small.matrix - large.matrix).max(axis=(0, 2), initial=0.0)
-    wrong = np.flatnonzero(off > EQUAL * np.abs(small.matrix).max())
-    if found := ", ".join(sorted({names[row] for row in wrong})):
-        raise NonlinearError(
-            f"{what}: not linear: signals of {AMPLITUDE:.2g} and of {ONE:.1g} (in SI units) "
-            f"give different models, in {found}; use 'pmwvc simulate'"
-        )
+def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
+    """Return the states that matter, and the matrix on them alone.
+
+    ``whole`` is ``(runs, n and signals, n and inputs)``: the n states after a step, and what is
+    read of them otherwise; ``always`` are ``(n,)`` states that matter in any case.
+    """
+    n, whole = len(always), whole.copy()
+    filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run
+    kept = np.arange(n)
+    while True:
+        twins = _twins(whole, kept, always)
+        for twin, first in twins.items():
+            whole[:, :, first] += whole[:, :, twin]
+            filled[:, first] = np.any(whole[:, :, first] != 0.0, axis=0)
+        still = np.setdiff1d(kept, list(twins))
+        own = still[:, np.newaxis] == np.arange(whole.shape[2])
+        columns = np.r_[still, n : whole.shape[2]]
+        driven = np.any((filled[still] & ~own)[:, columns], axis=1)
+        others = filled[still] & ~(own & (whole[0, still] == 1.0))  # a sum only it reads is none
+        seen = others.any(axis=0) | filled[n:].any(axis=0)
+        left = still[always[still] | (driven & seen[still])]
+        gone = np.setdiff1d(kept, left)
+        whole[:, :, gone], filled[:, gone] = 0.0, False
+        if len(left) == len(kept):
+            rows = np.r_[kept, n : whole.shape[1]]
+            return kept.tolist(), whole[:, rows[:, np.newaxis], np.r_[kept, n : whole.shape[2]]]
+        kept = left
+
+
+def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
+    """Return states that are equal to an earlier one after every step."""
+    first: dict[bytes, int] = {}  # by their rows in every run
+    return {
+        j: earlier
+        for j in kept.tolist()
+        if (earlier := first.setdefault((whole[:, j] + 0.0).tobytes(), j)) != j and not always[j]
+    }

@@ -5,21 +5,22 @@ goes out of it, and its states after, by its states before and what comes in.
 
 A state is any number of the end that answers motion, or what packets say of it, in proportion;
 what answers by less (energies) is none. All of them at once, weighted, with either sign, have to
-give the sum of what each gives by itself. Of all states those matter that are read and driven,
-those present twice once: entries are exactly zero or rows exactly equal in every run, so leaving
-others out changes no eigenvalue other than zero, nor what follows from the inputs.
+give the sum of what each gives by itself: at the amplitude of a motion, where each is tried at a
+tiny one. Whether code of other packages is linear only its author knows: a dead zone, a limit or a
+product of signals breaks superposition, and so does state kept elsewhere than in what is returned.
+What changes at larger signals only is not seen: the notes of every answer say so. A strict channel
+passes a wave only if its energy has come; it is tried at tiny amplitudes alone.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from pmwvc_analysis.models.ends import SIGNALS, Came, End, Signals, Slot
-from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.models.nested import named, numbers_in, planted
-from pmwvc_core.numeric import Array, Flags, Integers
+from pmwvc_analysis.models.linear import AMPLITUDE, NonlinearError
+from pmwvc_core.numeric import Array, Flags
 
 OUTPUTS = ("x", "xd", "f")
 OF_DEVICES = (".device.x", ".device.xd")  # ends of names
@@ -70,19 +71,20 @@ class Response:
         self._places: dict[StateName, int] = like._places if like else self._found_places()
         self.states: list[StateName] = like.states if like else self._found_states()
 
-    def matrix(self, states: Sequence[StateName] = (), *, one: float = ONE) -> EndMatrix:
-        """Return the end by these states, or those that answer, with units of ``one`` in SI units;
-        NonlinearError if superposition does not hold.
+    def matrix(self, states: Sequence[StateName] = ()) -> EndMatrix:
+        """Return the end by these states, or those that answer; NonlinearError if superposition
+        does not hold.
         """
         states, end = list(states or self.states), self._end
-        weights = self._weights(states)
-        units = np.concatenate([np.eye(len(weights)), [weights, -weights]])
-        answers = self._answers(one * units, states).T / one
+        weights, sums = self._weights(states), ONE if end.scenario.strict else AMPLITUDE
+        given = np.concatenate([ONE * np.eye(len(weights)), sums * np.array([weights, -weights])])
+        answers = self._answers(given, states).T
         names = [name for name, _ in self._places] + [f"{end.name} {s.name}" for s in self.sent]
         names += [f"{end.name}.{name}" for name in OUTPUTS for _ in range(self._forces)]
         n, of_all = len(self._places), list(self._places)
         rows = [*map(of_all.index, states), *range(n, len(names))]
-        whole, together, opposite = answers[rows, :-2], answers[rows, -2], answers[rows, -1]
+        whole = answers[rows, :-2] / ONE
+        together, opposite = answers[rows, -2:].T / sums
         expected, sizes = whole @ weights, np.abs(whole) @ np.abs(weights)
         off = np.maximum(np.abs(expected - together), np.abs(expected + opposite))
         wrong = np.flatnonzero(off > SUPERPOSED * sizes.max(initial=0.0))
@@ -176,40 +178,31 @@ def placed(states: Iterable[StateName]) -> Flags:
     return np.array([name.endswith(PLACED) for name, _ in states], dtype=np.bool_)
 
 
-def reduced(whole: Array, always: Flags) -> tuple[list[int], Array]:
-    """Return the states that matter, and the matrix on them alone.
-
-    ``whole`` is ``(runs, n and signals, n and inputs)``: the n states after a step, and what is
-    read of them otherwise; ``always`` are ``(n,)`` states that matter in any case.
-    """
-    n, whole = len(always), whole.copy()
-    filled = np.any(whole != 0.0, axis=0)  # entries other than zero in any run
-    kept = np.arange(n)
-    while True:
-        twins = _twins(whole, kept, always)
-        for twin, first in twins.items():
-            whole[:, :, first] += whole[:, :, twin]
-            filled[:, first] = np.any(whole[:, :, first] != 0.0, axis=0)
-        still = np.setdiff1d(kept, list(twins))
-        own = still[:, np.newaxis] == np.arange(whole.shape[2])
-        columns = np.r_[still, n : whole.shape[2]]
-        driven = np.any((filled[still] & ~own)[:, columns], axis=1)
-        others = filled[still] & ~(own & (whole[0, still] == 1.0))  # a sum only it reads is none
-        seen = others.any(axis=0) | filled[n:].any(axis=0)
-        left = still[always[still] | (driven & seen[still])]
-        gone = np.setdiff1d(kept, left)
-        whole[:, :, gone], filled[:, gone] = 0.0, False
-        if len(left) == len(kept):
-            rows = np.r_[kept, n : whole.shape[1]]
-            return kept.tolist(), whole[:, rows[:, np.newaxis], np.r_[kept, n : whole.shape[2]]]
-        kept = left
+def named(value: Any, names: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Yield the names of all numbers in nested tuples."""
+    if isinstance(value, float):
+        yield names
+    elif isinstance(value, tuple | list):
+        for part, name in zip(value, getattr(value, "_fields", range(len(value))), strict=True):
+            yield from named(part, (*names, name))
 
 
-def _twins(whole: Array, kept: Integers, always: Flags) -> dict[int, int]:
-    """Return states that are equal to an earlier one after every step."""
-    first: dict[bytes, int] = {}  # by their rows in every run
-    return {
-        j: earlier
-        for j in kept.tolist()
-        if (earlier := first.setdefault((whole[:, j] + 0.0).tobytes(), j)) != j and not always[j]
-    }
+def numbers_in(value: Sequence[Any]) -> list[float]:
+    """Return all numbers in nested tuples."""
+    found: list[float] = []
+    for part in value:
+        if isinstance(part, float):
+            found.append(part)
+        elif isinstance(part, tuple | list):
+            found += numbers_in(part)
+    return found
+
+
+def planted(value: Any, numbers: Iterator[float]) -> Any:
+    """Return nested tuples with other numbers, and lists of their own, which laws may write to."""
+    if isinstance(value, float):
+        return next(numbers)
+    if not isinstance(value, tuple | list):
+        return value
+    parts = [planted(part, numbers) for part in value]
+    return parts if isinstance(value, list) else tuple.__new__(type(value), parts)

@@ -24,10 +24,9 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.own import Decoded, Series, Topics, keep_own
+from pmwvc_analysis.recording.own import Series, Topics, decoded, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
-from pmwvc_analysis.recording.sequence import Gap, gaps, numbered
 from pmwvc_analysis.recording.topics import SCENE
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.traces import HandTargets
@@ -58,10 +57,9 @@ class Content:
         found = sorted((name, each) for name, each in self.topics.items() if each.rows)
         return {name: each for name, each in found if each.type_name == type_name}
 
-    def gaps(self, topic: str) -> dict[str, Gap]:
-        """Return the gaps in the numbers of every publisher of a topic."""
-        series = self.topics.get(topic)
-        return gaps(row.number for row in series.rows) if series else {}
+    def gaps(self, topic: str) -> dict[str, tuple[int, int]]:
+        """Return how many numbers of each publisher of a topic are missing, and how many came."""
+        return self.topics[topic].gaps() if topic in self.topics else {}
 
     def of_links(self, type_name: str) -> dict[str, list[Any]]:
         """Return the messages of one type by the name of their link."""
@@ -95,8 +93,8 @@ def read_content(folder: Path) -> Content:
         text = next(file.schemas[kind] for file in files.values() if kind in file.schemas)
         return schemas.store_of((text, kind)).deserialize_cdr(data, kind)
 
-    read = itertools.chain.from_iterable(messages(path, file) for path, file in files.items())
-    content = content_of(read, decode)
+    each = (messages(path.open("rb"), file) for path, file in files.items())
+    content = content_of(itertools.chain.from_iterable(each), decode)
     for path, file in files.items():
         content.files[path.name] = file
         content.metadata.update(file.metadata)
@@ -148,7 +146,7 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
     except Exception as error:  # a message that is no message: counted, reported, passed over
         return str(error) or type(error).__name__
     series = content.topics.setdefault(raw.topic, Series(raw.type_name, []))
-    series.rows.append(Decoded(raw.log_ns, message, numbered(raw.type_name, message)))
+    series.rows.append(decoded(raw.log_ns, message, raw.type_name))
     return None
 
 

@@ -43,9 +43,13 @@ OF_STEP = (*OF_OBJECT, "kinetic", "potential", "dissipated")
 
 
 def record_traces(
-    folder: str | Path, traces: SessionTraces, scenario: Scenario, *, start_ns: int | None = None,
+    folder: str | Path,
+    traces: SessionTraces,
+    scenario: Scenario,
+    *,
+    start_ns: int | None = None,
     metadata: Mapping[str, Mapping[str, str]] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Write traces as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``.
 
     ``start_ns`` is the ROS time of the start of the session, now when not given [ns];

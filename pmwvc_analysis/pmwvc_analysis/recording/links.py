@@ -108,7 +108,7 @@ def topic_counts(
     """
     counts: dict[str, dict[str, int]] = {}
     for topic, messages in content.messages.items():
-        missing = sum(gap.missing for gap in content.gaps(topic).values())
+        missing = sum(missing for missing, _ in content.gaps(topic).values())
         if known := fates.get(relayed(topic) or ""):
             missing = _not_recorded(packets.get(topic), known)
         counts[topic] = {"messages": messages, "missing": missing}

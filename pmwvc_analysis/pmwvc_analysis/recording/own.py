@@ -14,10 +14,15 @@ out when
   order of recording.
 
 What is left out changes no verdict. It is an event of kind ``stranger``.
+
+Each publisher numbers what it sends: packets and blocks by ``seq``, server steps by ``step``,
+fates by the number of their first record. A number that never came, between the first and the last
+that did, is missing; the first one of a publisher started while recording is 1, so what was lost
+before it counts too.
 """
 
 import itertools
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -26,7 +31,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from pmwvc_analysis.recording import clocks, schemas
-from pmwvc_analysis.recording.sequence import Numbered
 from pmwvc_core.numeric import Flags
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.words import count
@@ -39,11 +43,23 @@ WITH_EPOCH = (*TRACES, schemas.WAVE, schemas.RECEPTION)
 
 
 class Decoded(NamedTuple):
-    """A decoded message, its numbers, and when it was recorded [ns]."""
+    """A decoded message, when it was recorded [ns], and its numbers: ``many`` of a publisher
+    (epoch or link), from ``first`` on.
+    """
 
     log_ns: int
     message: Any
-    number: Numbered
+    stream: str
+    first: int
+    many: int = 1
+
+
+def decoded(log_ns: int, message: Any, type_name: str) -> Decoded:
+    """Return a message of a session with its numbers."""
+    if type_name == schemas.PACKET_FATE:
+        return Decoded(log_ns, message, str(message.link), int(message.first), len(message.seq))
+    number = message.step if type_name == schemas.SERVER_TRACE else message.seq
+    return Decoded(log_ns, message, f"{int(message.epoch):016x}", int(number))
 
 
 class Series(NamedTuple):
@@ -56,6 +72,18 @@ class Series(NamedTuple):
     def messages(self) -> list[Any]:
         """The messages alone."""
         return [row.message for row in self.rows]
+
+    def gaps(self) -> dict[str, tuple[int, int]]:
+        """Return how many numbers of each publisher never came, and how many did. One that comes
+        again counts again: only an emulated link delivers a packet twice, and its fates tell what
+        is missing.
+        """
+        seen: Counter[str] = Counter()
+        newest: Counter[str] = Counter()
+        for _, _, stream, first, many in self.rows:
+            seen[stream] += many
+            newest[stream] = max(newest[stream], first + many - 1)
+        return {stream: (max(newest[stream] - n, 0), n) for stream, n in seen.items()}
 
 
 Topics = dict[str, Series]
@@ -70,7 +98,7 @@ def keep_own(topics: Topics) -> Events:
             misfit(kind.rpartition("/")[2], message)
             if log_ns < LATEST_NS
             else f"recorded at {log_ns} ns"
-            for log_ns, message, _ in rows
+            for log_ns, message, *_ in rows
         ]
         why = f"whose fields do not fit together ({next(filter(None, problems), '')})"
         found += _keep(topic, rows, [problem is None for problem in problems], why)
@@ -125,7 +153,7 @@ def _sender(topic: str) -> str:
 
 def _spans(rows: list[Decoded]) -> Spans:
     times: dict[int, list[int]] = defaultdict(list)
-    for log_ns, message, _ in rows:
+    for log_ns, message, *_ in rows:
         times[int(message.epoch)].append(log_ns)
     return {epoch: (min(each), max(each), len(each)) for epoch, each in times.items()}
 
@@ -144,12 +172,12 @@ def _continuing(series: Series) -> list[bool]:
     """Tell which messages continue one another, publisher by publisher."""
     kind, rows_of_topic = series
     logs = np.array([row.log_ns for row in rows_of_topic], dtype=np.int64)
-    numbers = np.array([row.number.first for row in rows_of_topic], dtype=np.int64)
+    numbers = np.array([row.first for row in rows_of_topic], dtype=np.int64)
     if kind == schemas.MASTER_TRACE:
         numbers = np.array([row.message.first_tick for row in rows_of_topic], dtype=np.int64)
     streams: dict[str, list[int]] = defaultdict(list)
     for place, row in enumerate(rows_of_topic):
-        streams[row.number.stream].append(place)
+        streams[row.stream].append(place)
     kept = np.zeros(len(numbers), dtype=bool)
     for stream in streams.values():
         rows = np.array(stream)

@@ -12,7 +12,6 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap import records as mcap
@@ -20,8 +19,6 @@ from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
 from zstandard import ZstdError
-
-from pmwvc_core.errors import file_errors
 
 # What the library raises where a file is damaged.
 DAMAGE = (McapError, CRCValidationError, ZstdError, struct.error, ValueError, RuntimeError)
@@ -57,18 +54,10 @@ class Salvage:
         return not self.problems
 
 
-def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
-    """Yield every message of every whole chunk; ``salvage`` holds how far the file was good.
-    RecordingError where it cannot be opened.
+def messages(stream: BinaryIO, salvage: Salvage) -> Iterator[RawMessage]:
+    """Yield every message of every whole chunk of an open file, then close it; ``salvage`` holds
+    how far it was good.
     """
-    with file_errors(f"read {path}"):
-        stream = open(path, "rb")
-    with stream:
-        yield from messages_in(stream, salvage)
-
-
-def messages_in(stream: BinaryIO, salvage: Salvage) -> Iterator[RawMessage]:
-    """As :func:`messages`, of an open file."""
     channels: dict[int, mcap.Channel] = {}
     names: dict[int, str] = {}
     counts: Counter[int] = Counter()  # messages by channel
@@ -95,6 +84,8 @@ def messages_in(stream: BinaryIO, salvage: Salvage) -> Iterator[RawMessage]:
         why = "cut in the middle of a record" if cut else str(error) or type(error).__name__
         salvage.end = f"{why}, at byte {stream.tell()}"
         salvage.problems.append(f"{salvage.end}: the file is damaged, or it was not closed")
+    finally:
+        stream.close()
 
 
 def _records(

@@ -129,9 +129,13 @@ def scenario_of(folder: Path) -> Scenario:
 
 
 def replay(
-    traces: SessionTraces, recorded: Scenario, replayed: Scenario, *, hand: Hand | None = None,
+    traces: SessionTraces,
+    recorded: Scenario,
+    replayed: Scenario,
+    *,
+    hand: Hand | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Replay:  # fmt: skip
+) -> Replay:
     """Replay a recorded session with another scenario; ``progress`` gets the ratio done, 0..1.
     RecordingError where that cannot be. The kinds of hands: :mod:`pmwvc_analysis.replay.recorded`.
     A scene is that of the recording, whatever became of its files.

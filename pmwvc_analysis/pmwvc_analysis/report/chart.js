@@ -8,9 +8,6 @@
   if (!store) return;
   const data = JSON.parse(store.textContent);
   const arrays = data.arrays.map((entry) => {
-    if (typeof entry !== "string") {
-      return Float64Array.from({ length: entry[2] }, (_, i) => entry[0] + entry[1] * i);
-    }
     const text = atob(entry), bytes = new Uint8Array(text.length);
     for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
     return new Float32Array(bytes.buffer);

@@ -45,16 +45,21 @@ def write(
 
 
 def render(
-    title: str, entries: Sequence[Compared], about: dict[str, Any],
+    title: str,
+    entries: Sequence[Compared],
+    about: dict[str, Any],
     figures: Sequence[tuple[Chart, Path]],
-) -> str:  # fmt: skip
+) -> str:
     """Return the report as HTML."""
     return filled(
-        TEMPLATE, title=title, about=about, entries=entries,
+        TEMPLATE,
+        title=title,
+        about=about,
+        entries=entries,
         settings=[(e.label, parameters_of(e.scenario), e.tuning) for e in entries],
         columns=[(name, heading, factor) for name, heading, _, factor in COLUMNS],
         figures=[(chart, data_uri(path)) for chart, path in figures],
-    )  # fmt: skip
+    )
 
 
 def row(entry: Compared) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report.loop import blocks, drawing
 from pmwvc_analysis.report.page import data_uri, filled
-from pmwvc_analysis.report.story import story
+from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -31,10 +31,16 @@ MOST_EVENTS = 60
 
 
 def render(
-    traces: SessionTraces, scenario: Scenario | None, summary: dict[str, Any],
-    charts: Sequence[Chart], energies: Budget | None = None, *,
-    pictures: Mapping[str, Path] | None = None, folder: str = "", replay: str | None = None,
-) -> str:  # fmt: skip
+    traces: SessionTraces,
+    scenario: Scenario | None,
+    summary: dict[str, Any],
+    charts: Sequence[Chart],
+    energies: Budget | None = None,
+    *,
+    pictures: Mapping[str, Path] | None = None,
+    folder: str = "",
+    replay: str | None = None,
+) -> str:
     """Return the report as HTML; parts that the session does not have are left out.
 
     ``pictures`` are the figures' PNG files by name, ``folder`` is the session's, for the command
@@ -56,15 +62,22 @@ def render(
         TEMPLATE,
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
-        folder=folder, replay=replay, summary=summary, loops=loops, budget=energies,
-        story=story(traces, scenario, summary),
-        events=events[:MOST_EVENTS], more_events=max(0, len(events) - MOST_EVENTS),
+        folder=folder,
+        replay=replay,
+        summary=summary,
+        loops=loops,
+        budget=energies,
+        felt=[f"Felt by {each['name']}: {felt_words(each)}." for each in summary["users"]],
+        events=events[:MOST_EVENTS],
+        more_events=max(0, len(events) - MOST_EVENTS),
         predicted=predicted,
         figures=[(each, pictures and data_uri(pictures[each.name])) for each in charts],
-        chart_data=chart_data, complete=complete, parameters=scenario.flat() if scenario else {},
+        chart_data=chart_data,
+        complete=complete,
+        parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
         scene_options=traces.server.scene.get("options", {}) if traces.server else {},
-    )  # fmt: skip
+    )
 
 
 def figure_data(

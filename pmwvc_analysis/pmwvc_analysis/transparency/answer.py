@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.arrays import write_arrays, write_table
+from pmwvc_analysis.arrays import write_table
 from pmwvc_analysis.transparency.measured import TRUSTED, Admittance
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.errors import file_errors
 from pmwvc_core.numeric import Array, Complex
 
 NAME = "transparency"
+CURVES = ("frequency_hz", "admittance", "impedance", "ideal_admittance")
 RENDERED = (  # what is known of it is told
     ("stiffness {:.4g} N/m", ("k_felt",)),
     ("damping {:.4g} N s/m", ("b_felt",)),
@@ -26,9 +27,11 @@ RENDERED = (  # what is known of it is told
 
 
 def answer(
-    name: str, found: Transparency, measured: Admittance | None = None,
+    name: str,
+    found: Transparency,
+    measured: Admittance | None = None,
     model: Complex | None = None,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return the document of ``--json``; ``model`` is that at the frequencies measured."""
     compared = None
     if measured is not None:
@@ -81,20 +84,18 @@ def rendered_words(found: Mapping[str, Any]) -> str:
 
 
 def write(folder: Path, found: Transparency, measured: Admittance | None) -> list[Path]:
-    """Write all curves, complex ones in two parts, as NPZ, MAT and CSV (measured: its own)."""
-    curves = {key: getattr(found, key) for key in ("frequency_hz", "admittance", "impedance")}
-    curves["ideal_admittance"] = found.ideal_admittance
-    for key in ("frequency_hz", "admittance", "coherence") if measured is not None else ():
-        curves[f"measured_{key}"] = getattr(measured, key)
-    arrays: dict[str, Array] = {}
-    for key, values in curves.items():
-        parts = {f"{key}_real": values.real, f"{key}_imag": values.imag}
-        arrays |= parts if np.iscomplexobj(values) else {key: values}
+    """Write all curves, complex ones in two parts, as CSV; those measured have their own."""
+    tables = {NAME: {key: getattr(found, key) for key in CURVES}}
+    if measured is not None:
+        keys = ("frequency_hz", "admittance", "coherence")
+        tables[f"{NAME}_measured"] = {f"measured_{key}": getattr(measured, key) for key in keys}
     with file_errors(f"write into {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
-        paths = write_arrays(folder, NAME, arrays)
-        for name, wanted in ((NAME, False), (f"{NAME}_measured", True)):
-            columns = {k: v for k, v in arrays.items() if k.startswith("measured") is wanted}
-            if columns:
-                paths.append(write_table(folder / f"{name}.csv", columns))
+        paths = []
+        for name, curves in tables.items():
+            columns: dict[str, Array] = {}
+            for key, values in curves.items():
+                parts = {f"{key}_real": values.real, f"{key}_imag": values.imag}
+                columns |= parts if np.iscomplexobj(values) else {key: values}
+            paths.append(write_table(folder / f"{name}.csv", columns))
     return paths

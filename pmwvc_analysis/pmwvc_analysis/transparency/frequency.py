@@ -28,9 +28,14 @@ PEAK = 1e-7  # relative precision of its frequency
 
 
 def response(
-    loop: LinearLoop, frequency_hz: Array, *, output: str = "x", user: int = 0,
-    forces: Sequence[float] | Array | None = None, axis: int = 0,
-) -> Complex:  # fmt: skip
+    loop: LinearLoop,
+    frequency_hz: Array,
+    *,
+    output: str = "x",
+    user: int = 0,
+    forces: Sequence[float] | Array | None = None,
+    axis: int = 0,
+) -> Complex:
     """Return the base-band response of one user's ``x``, ``xd`` or ``f`` along an axis to the
     hands' forces, ``(points,)`` per unit of their amplitudes, above zero and up to half the tick
     rate. ``forces`` are amplitude and sign p_i per user, of several axes of the model ``(users,

@@ -77,9 +77,13 @@ class Transparency:
 
 
 def transparency(
-    scenario: Scenario, frequency_hz: Array | None = None, *, user: int = 0, axis: int = 0,
+    scenario: Scenario,
+    frequency_hz: Array | None = None,
+    *,
+    user: int = 0,
+    axis: int = 0,
     live: bool = False,
-) -> Transparency:  # fmt: skip
+) -> Transparency:
     """Return the admittance transmitted to one user along an axis, at frequencies that are by
     default 0.1 Hz to a quarter of the tick rate. Grip contacts are taken as touching. PmwvcError
     if the session is not stable, or something in it is not linear.

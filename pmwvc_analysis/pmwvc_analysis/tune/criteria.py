@@ -93,10 +93,13 @@ class Choice:
     def _for(self, user: User) -> User:
         """Return a user with this choice, impedances to 0.01 N s/m."""
         master = dataclasses.replace(
-            user.master, impedance=round(self.impedance, 2), impedance_matrix="",
-            contact_impedance=self.contact and round(self.contact, 2), filter=self.filter,
+            user.master,
+            impedance=round(self.impedance, 2),
+            impedance_matrix="",
+            contact_impedance=self.contact and round(self.contact, 2),
+            filter=self.filter,
             hold=self.hold,
-        )  # fmt: skip
+        )
         contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
         return dataclasses.replace(user, master=master, contact=contact)
 
@@ -150,14 +153,22 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     if k_ratio and m_ratio and not own.k_felt is own.mass_felt is None:
         cost = float(cost_of(k_ratio, m_ratio, noise if velocity_step(scenario) else 0.0))
     return Rating(
-        choice=choice, stable=stable(max(in_touch, free)), spectral_radius=in_touch,
-        free_radius=free, linear=linear, live=live,
+        choice=choice,
+        stable=stable(max(in_touch, free)),
+        spectral_radius=in_touch,
+        free_radius=free,
+        linear=linear,
+        live=live,
         passive=proof is not None and proof.proved,
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),
-        k_felt=own.k_felt, k_ideal=k_ideal, mass_felt=own.mass_felt, mass_ideal=mass_ideal,
-        noise_n=noise, cost=cost,
-    )  # fmt: skip
+        k_felt=own.k_felt,
+        k_ideal=k_ideal,
+        mass_felt=own.mass_felt,
+        mass_ideal=mass_ideal,
+        noise_n=noise,
+        cost=cost,
+    )
 
 
 def radii_of(scenario: Scenario, *, live: bool) -> tuple[Scenario, float, float]:

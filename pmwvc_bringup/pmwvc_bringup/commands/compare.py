@@ -47,19 +47,17 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     settings are simulated for up to 20 s, which takes about 5 s of computing with two users; the
     best are kept.
     """
-    from pmwvc_bringup.combinations import combinations
+    from pmwvc_bringup import comparison as report
     from pmwvc_bringup.session.surroundings import check, new_folder
 
     source, over = arguments.scenario, [*arguments.over]
     over += [f"controller={arguments.controllers}"] if arguments.controllers else []
     limits = {"users": arguments.users, "duration_s": arguments.duration}
-    chosen = combinations(source, over, settings_texts=arguments.settings, **limits)
+    chosen = report.combinations(source, over, settings_texts=arguments.settings, **limits)
     for one in chosen:
         check(one.scenario)
     name = chosen[0].scenario.name
     folder = new_folder(f"{name}-compare", arguments.out)
-    from pmwvc_bringup import comparison as report
-
     console, figures = terminal(), arguments.figures
     how = "live" if arguments.live else "simulated"
     console.print(f"{name}: {count(len(chosen), 'session')}, {how}")

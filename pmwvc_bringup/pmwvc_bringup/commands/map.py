@@ -36,7 +36,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
       pmwvc map carry_16ms --x server.contact_stiffness=0:3000:60 --y link.delay_s=0:0.048:7
       pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
+    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg, .csv and .json.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.figures.model_charts import stability_map

@@ -34,7 +34,7 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
     feedback, friction), measured by a simulated press and swing. Buzz, steps and dropouts of the
     force are those of the session, simulated for 10 s at most. A session folder adds the
     estimate from its recording (operator.kind chirp or a replayed force of one user). --out, of
-    the model only, writes transparency.png, .svg, .csv, .npz, .mat and .json.
+    the model only, writes transparency.png, .svg, .csv and .json.
 
     Keys of --json: scenario, user, axis (1: x), source (model or measured), admittance_dc (m/N at
     rest), k_felt (its inverse), b_felt (N s/m, pressing, device included); nothing touched:

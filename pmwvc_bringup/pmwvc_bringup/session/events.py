@@ -89,9 +89,15 @@ class Disturber:
     """
 
     def __init__(
-        self, wanted: Sequence[Disturbance], *, nodes: Sequence[NodePlan], children: Children,
-        environment: Mapping[str, str], logs: Path, note: Callable[[str, str, str], None],
-    ) -> None:  # fmt: skip
+        self,
+        wanted: Sequence[Disturbance],
+        *,
+        nodes: Sequence[NodePlan],
+        children: Children,
+        environment: Mapping[str, str],
+        logs: Path,
+        note: Callable[[str, str, str], None],
+    ) -> None:
         self._left, self._children, self._note = list(wanted), children, note
         self._nodes = {node.namespace or node.kind: node for node in nodes}
         self._environment, self._logs = environment, logs

@@ -12,7 +12,7 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -22,8 +22,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from pmwvc_bringup.session.terminal import UserStatus
-from pmwvc_core.errors import PmwvcError
+from pmwvc_bringup.session.terminal import user_words
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.services import unmatched
@@ -34,7 +33,6 @@ from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 STALE_S = 1.0
 UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of a publisher whose node ROS no longer knows
-CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 SERVICE_TIMEOUT_S = 5.0
 FIRST_TICKS_TIMEOUT_S = 3.0
 RATE_REPORTS = 12  # six seconds of them
@@ -98,41 +96,21 @@ class Monitor:
             for text in unmatched(json.loads(answer), topics)
         ]
 
-    def begin(
-        self, nodes: Sequence[str], topics: Sequence[str], groups: Sequence[Sequence[str]], *,
-        go_on: Callable[[], bool], unready: Callable[[], list[str]],
-    ) -> bool:  # fmt: skip
-        """Wait until the nodes are connected and nothing is ``unready``, then start the groups;
-        return False where the session should not go on before. PmwvcError after too long.
-        """
-        until = time.monotonic() + CONNECTION_TIMEOUT_S
-        while go_on():
-            missing = self.unconnected(nodes, topics) or unready()
-            if not missing:
-                self.start(*groups)
-                return True
-            if time.monotonic() > until:
-                within, left = f"{CONNECTION_TIMEOUT_S:g} s", "; ".join(missing)
-                raise PmwvcError(f"the nodes have not found each other within {within}: {left}")
-            time.sleep(0.02)
-        return False
-
-    def start(self, *groups: Sequence[str]) -> None:
+    def start(self, groups: Sequence[Sequence[str]]) -> list[str]:
         """Call ``start`` of nodes that wait for it, one group after the other, and wait for the
-        first ticks of all masters: the time of a session counts from there. PmwvcError names the
-        nodes that did not answer.
+        first ticks of all masters: the time of a session counts from there. Return which nodes did
+        not answer, as texts.
         """
         for nodes in groups:
             answers = self._call(nodes, "start")
             if late := [name for name in nodes if name not in answers]:
-                raise PmwvcError(f"{', '.join(late)}: no answer to a call of start")
+                return [f"{name}: no answer to a call of start" for name in late]
         until = time.monotonic() + FIRST_TICKS_TIMEOUT_S
-        while time.monotonic() < until:
+        while time.monotonic() < until and any(user not in self._seen for user in self._masters):
             for user, polled in self._masters.items():
                 self._take(user, polled)
-            if all(user in self._seen for user in self._masters):
-                return
             time.sleep(0.01)
+        return []
 
     def _call(self, nodes: Sequence[str], service: str) -> dict[str, str]:
         """Call a service of several nodes at once; return the messages of those that answered."""
@@ -148,8 +126,8 @@ class Monitor:
             self._node.destroy_client(client)
         return {name: str(call.result().message) for name, call in calls.items() if call.done()}
 
-    def status(self) -> list[UserStatus]:
-        """Return the newest values of every user."""
+    def status(self) -> list[str]:
+        """Return the newest values of every user, in words."""
         for user, polled in self._masters.items():
             self._take(user, polled)
         self._take("server", self._server)
@@ -159,23 +137,20 @@ class Monitor:
         server = self._fresh("server")
         return [self._user(name, server) for name in self._users]
 
-    def _user(self, name: str, server: ServerTrace | None) -> UserStatus:
-        status = UserStatus(name)
-        ways = [self._fresh(f"link {name}/{way}") for way in ("up", "down")]
-        if (up := ways[0]) is not None:
-            stamp_ns = nanoseconds(up.stamp)
-            status.packet_hz = self._rate(up.link, stamp_ns, up.accepted, RATE_REPORTS)
-        delays = [way.delay_mean if way else math.nan for way in ways]
-        if all(map(math.isfinite, delays)):
-            status.up_s, status.down_s = delays
+    def _user(self, name: str, server: ServerTrace | None) -> str:
+        up, down = (self._fresh(f"link {name}/{way}") for way in ("up", "down"))
+        packets_hz = ticks_hz = force_n = state = None
+        if up is not None:
+            packets_hz = self._rate(up.link, nanoseconds(up.stamp), up.accepted, RATE_REPORTS)
+        delays = [way.delay_mean if way else math.nan for way in (up, down)]
         if (trace := self._fresh(name)) is not None:
-            ticks = trace.first_tick - trace.missed
-            status.tick_hz = self._rate(name, trace.start_ns, ticks, 2)
-            status.force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
-            status.state = trace.state
-        if server is not None and name in server.users:
-            status.contact = server.contact[list(server.users).index(name)]
-        return status
+            ticks_hz = self._rate(name, trace.start_ns, trace.first_tick - trace.missed, 2)
+            force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
+            state = trace.state
+        contacts = zip(server.users, server.contact, strict=True) if server is not None else ()
+        delays_s = delays if all(map(math.isfinite, delays)) else None
+        touches = dict(contacts).get(name, False)
+        return user_words(name, ticks_hz, packets_hz, delays_s, force_n, state, touches)
 
     def _rate(self, name: str, at_ns: int, number: int, kept: int) -> float | None:
         """Return how much a count grows in a second, over the newest times that are ``kept``."""

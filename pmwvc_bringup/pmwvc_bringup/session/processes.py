@@ -86,9 +86,13 @@ class Children:
         log.parent.mkdir(parents=True, exist_ok=True)
         with log.open("wb") as output:
             process = subprocess.Popen(
-                [*ENDS_WITH_PARENT.split(), *command], stdin=subprocess.DEVNULL, stdout=output,
-                stderr=subprocess.STDOUT, env=env, start_new_session=True,
-            )  # fmt: skip
+                [*ENDS_WITH_PARENT.split(), *command],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env=env,
+                start_new_session=True,
+            )
         self.children[name] = child = Child(name, process, log)
         return child
 

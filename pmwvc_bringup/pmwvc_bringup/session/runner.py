@@ -27,7 +27,6 @@ from pmwvc_bringup.session.events import Disturber, Notes, start_node
 from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
-from pmwvc_bringup.session.terminal import status_line, status_table
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.interrupts import Interrupts
 from pmwvc_core.runtime.token_files import write_session
@@ -37,6 +36,7 @@ from pmwvc_core.scenario.scenario import Scenario
 if TYPE_CHECKING:
     from pmwvc_bringup.session.monitor import Monitor
 
+CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 STATUS_PERIOD_S = 0.25
 LINE_PERIOD_S = 2.0  # of status lines where there is no terminal
 PUBLISHERS_PERIOD_S = 1.0  # of checks for publishers that do not belong to the session
@@ -55,9 +55,14 @@ class NodeSession:
     """
 
     def __init__(
-        self, scenario: Scenario, folder: Path, *, console: Console, page: plan.Page | None = None,
+        self,
+        scenario: Scenario,
+        folder: Path,
+        *,
+        console: Console,
+        page: plan.Page | None = None,
         browser: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.scenario, self.folder, self.console, self.page = scenario, folder, console, page
         self.children, self.notes = Children(), Notes(console)
         self.interrupts = Interrupts()
@@ -99,10 +104,13 @@ class NodeSession:
                         begun = self._begin(monitor)
                     if begun:
                         disturber = Disturber(
-                            disturbances_of(self.scenario.disturbances), nodes=self.nodes,
-                            children=self.children, environment=environment, logs=logs,
+                            disturbances_of(self.scenario.disturbances),
+                            nodes=self.nodes,
+                            children=self.children,
+                            environment=environment,
+                            logs=logs,
                             note=self.notes.note,
-                        )  # fmt: skip
+                        )
                         self._watch(monitor, disturber)
             finally:
                 try:
@@ -123,26 +131,27 @@ class NodeSession:
             raise StartError(f"cannot write into {self.folder}: {why}") from None
 
     def _begin(self, monitor: "Monitor") -> bool:
-        """Wait until every topic has its ends and each end has matched the others, then start."""
-        recorder = self.children.children["recorder"]
-
-        def go_on() -> bool:
+        """Wait until every topic has its ends and each end has matched the others, then start;
+        return False where the session was interrupted before.
+        """
+        recorder, logs = self.children.children["recorder"], self.folder / "nodes"
+        names, groups = [node.ros_name for node in self.nodes], plan.start_order(self.nodes)
+        until = time.monotonic() + CONNECTION_TIMEOUT_S
+        while not self.interrupts.count:
             if ended := self.children.endings():
                 lines = [*ended[0].log_tail().splitlines(), f"({ended[0].log})"]
                 raise StartError("\n  ".join([f"{ended[0]} before the session began", *lines]))
-            return not self.interrupts.count
-
-        def unready() -> list[str]:
-            return [] if recorder.has_logged(READY) else ["recorder: not ready"]
-
-        names, groups = [node.ros_name for node in self.nodes], plan.start_order(self.nodes)
-        try:
-            return monitor.begin(names, self.topics, groups, go_on=go_on, unready=unready)
-        except StartError:
-            raise
-        except PmwvcError as error:
-            logs = f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
-            raise StartError(f"{error}\n{logs}") from None
+            missing = monitor.unconnected(names, self.topics)
+            if not missing and not recorder.has_logged(READY):
+                missing = ["recorder: not ready"]
+            if not missing and not (missing := monitor.start(groups)):
+                return True
+            if time.monotonic() > until:
+                within, left = f"{CONNECTION_TIMEOUT_S:g} s", "; ".join(missing)
+                text = f"the nodes have not found each other within {within}: {left}\nlogs: {logs}"
+                raise StartError(f"{text}; 'pmwvc doctor' examines the machine")
+            time.sleep(0.02)
+        return False
 
     def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""
@@ -165,13 +174,12 @@ class NodeSession:
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
                     self.notes.recording(self.children.children["recorder"])
-                    users, shown = monitor.status(), self.notes.shown
-                    times = {"elapsed_s": now - begin, "duration_s": length}
+                    parts = [f"{now - begin:6.1f} / {length:g} s", *monitor.status()]
+                    line = " | ".join(parts + self.notes.shown)
                     if self.console.is_terminal:
-                        live.update(status_table(users, shown, **times), refresh=True)
+                        live.update(line, refresh=True)
                     elif now >= line_at:
                         line_at += LINE_PERIOD_S
-                        line = status_line(users, shown, **times)
                         self.console.print(line, highlight=False, soft_wrap=True)
                 time.sleep(max(min(0.05, begin + length - now), 0.0))
         if self.interrupts.count:

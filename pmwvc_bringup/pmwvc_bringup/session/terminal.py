@@ -1,17 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The terminal of a session: the prediction before it, a few numbers per user while it runs, as a
-table or as a line, and the verdict after it.
+"""The terminal of a session: the prediction before it, a few numbers per user while it runs, and
+the verdict after it.
 """
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing
@@ -22,56 +20,27 @@ from pmwvc_core.words import count
 STATES = ("starting", "coupled", "damping", "FAULT")
 
 
-@dataclass
-class UserStatus:
-    """The newest values of one user; None where none came within the last second."""
-
-    name: str
-    tick_hz: float | None = None
-    packet_hz: float | None = None
-    up_s: float | None = None  # as the server sees it; the division is a bound between two clocks
-    down_s: float | None = None  # as the master sees it
-    force_n: float | None = None
-    state: int | None = None
-    contact: bool | None = None
-
-
-def status_line(
-    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
+def user_words(
+    name: str,
+    ticks_hz: float | None,
+    packets_hz: float | None,
+    delays_s: Sequence[float] | None,
+    force_n: float | None,
+    state: int | None,
+    contact: bool,
 ) -> str:
-    """Return everything about users, and about the nodes that ended, on one line, for logs."""
-    parts = [f"{elapsed_s:6.1f} / {duration_s:g} s"]
-    parts += [" ".join([user.name, *_cells(user)]) for user in users]
-    return " | ".join(parts + ended)
-
-
-def status_table(
-    users: Sequence[UserStatus], ended: list[str], *, elapsed_s: float, duration_s: float
-) -> Table:
-    """Return the same as a table, for terminals."""
-    caption = "; ".join(ended) or "Ctrl-C ends the session and writes the report"
-    title = f"{elapsed_s:.1f} / {duration_s:g} s"
-    table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
-    for name in ("user", "ticks", "packets", "delay", "force", "state"):
-        table.add_column(name, justify="left" if name in ("user", "state") else "right")
-    for user in users:
-        table.add_row(user.name, *_cells(user))
-    return table
-
-
-def _cells(user: UserStatus) -> list[str]:
-    """Return the texts of one user, in the order of the table's columns."""
-    state = "no data" if user.state is None else STATES[user.state]
-    delays = "-"
-    if user.up_s is not None and user.down_s is not None:
-        delays = f"{1e3 * user.up_s:.1f}/{1e3 * user.down_s:.1f} ms"
-    return [
-        "-" if user.tick_hz is None else f"{user.tick_hz:.0f} Hz",
-        "-" if user.packet_hz is None else f"{user.packet_hz:.0f}/s",
-        delays,
-        "-" if user.force_n is None else f"{user.force_n:+.2f} N",
-        f"{state}, contact" if user.contact else state,
+    """Return the newest values of one user, None where none came within the last second; delays
+    are up, as the server sees it, and down: the division is a bound between two clocks.
+    """
+    word = "no data" if state is None else STATES[state]
+    cells = [
+        "-" if ticks_hz is None else f"{ticks_hz:.0f} Hz",
+        "-" if packets_hz is None else f"{packets_hz:.0f}/s",
+        "-" if delays_s is None else f"{'/'.join(f'{1e3 * each:.1f}' for each in delays_s)} ms",
+        "-" if force_n is None else f"{force_n:+.2f} N",
+        f"{word}, contact" if contact else word,
     ]
+    return " ".join([name, *cells])
 
 
 def prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:
@@ -97,21 +66,30 @@ def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) 
 
 
 def finish(
-    console: Console, folder: Path, scenario: Scenario | None, *, check: bool,
-    figures: bool = True, out: Path | None = None,
-) -> cli.Result:  # fmt: skip
+    console: Console,
+    folder: Path,
+    scenario: Scenario | None,
+    *,
+    check: bool,
+    figures: bool = True,
+    out: Path | None = None,
+) -> cli.Result:
     """Judge and draw a recorded session and print the verdict; the document is its summary. With
     ``check`` the exit code is 1 where the session does not pass.
     """
     from pmwvc_analysis.session_files import REPORT, SUMMARY
     from pmwvc_analysis.session_files import finish as finish_files
-    from pmwvc_view.replay_page import replay_page
+    from pmwvc_view.recorded import replay_page
 
     with doing("reading the recording") as work:
         summary = finish_files(
-            folder, scenario=scenario, out=out, player=replay_page, figures=figures,
+            folder,
+            scenario=scenario,
+            out=out,
+            player=replay_page,
+            figures=figures,
             begins=work.part,
-        )  # fmt: skip
+        )
     target, passed = out or folder, True
     lines = verdict_lines(summary)
     lines += [f"  {each['text']}" for each in summary["outcomes"] if each["hit"] is not False]

@@ -66,9 +66,14 @@ class Pacer:
     """
 
     def __init__(
-        self, period_ns: int, *, phase_ns: int = 0, recover_ns: int = 25_000_000,
-        clock: Callable[[], int] = time.monotonic_ns, sleep: Callable[[int], None] = sleep_until,
-    ) -> None:  # fmt: skip
+        self,
+        period_ns: int,
+        *,
+        phase_ns: int = 0,
+        recover_ns: int = 25_000_000,
+        clock: Callable[[], int] = time.monotonic_ns,
+        sleep: Callable[[int], None] = sleep_until,
+    ) -> None:
         self.period_ns, self._phase_ns, self._recover_ns = period_ns, phase_ns, recover_ns
         self._clock, self._sleep = clock, sleep
         self._due_ns: int | None = None

@@ -124,10 +124,15 @@ class ParameterBinding:
         node.add_post_set_parameters_callback(self._hand_over)
 
     def declare(
-        self, prefix: str, kind: type[P], listener: Callable[[P], None], *,
-        defaults: P | None = None, check: Callable[[P], None] = lambda _: None,
+        self,
+        prefix: str,
+        kind: type[P],
+        listener: Callable[[P], None],
+        *,
+        defaults: P | None = None,
+        check: Callable[[P], None] = lambda _: None,
         check_change: Callable[[P, P], None] = lambda _, __: None,
-    ) -> P:  # fmt: skip
+    ) -> P:
         """Declare a parameter dataclass; return its values at the start. ``check`` raises
         ParameterError for what it cannot know, then and at each change; ``check_change``, given
         the present object and the new one, for a step that is not allowed while running.
@@ -139,9 +144,13 @@ class ParameterBinding:
         return value
 
     def declare_shares(
-        self, shares: Sequence[Share], start: str = "", *,
-        defaults: Mapping[str, Any] | None = None, **changing: Mapping[str, Any],
-    ) -> dict[str, Any]:  # fmt: skip
+        self,
+        shares: Sequence[Share],
+        start: str = "",
+        *,
+        defaults: Mapping[str, Any] | None = None,
+        **changing: Mapping[str, Any],
+    ) -> dict[str, Any]:
         """Declare the node's shares of a user or scenario below ``start``; return values by
         attribute. ``changing`` are arguments of :meth:`declare` of those that may change.
         """

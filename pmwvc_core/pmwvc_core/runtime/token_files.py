@@ -6,6 +6,7 @@ A folder holds the key of a session in ``server`` and the token of each user in 
 user's name. Needs no ROS.
 """
 
+import json
 import os
 import secrets
 from collections.abc import Sequence
@@ -18,18 +19,16 @@ from pmwvc_core.transport.packet import KEY_BYTES, Token
 TOKEN_FILE = "session.token_file"  # the parameter of server and master
 TOKEN_SPEC = Spec(str, description="file with the session token of this node; empty: open session")
 SERVER = "server"
-_HEAD = "PMWVC session token, secret"
 
 
 def write_token(path: Path, token: Token) -> None:
     """Write a token into a new file for its owner only; ParameterError where it cannot be made."""
-    who = f"user {token.user}".rstrip()
-    text = f"{_HEAD}\nsession {token.session:016x}\n{who}\nkey {token.key.hex()}\n"
+    found = {"session": f"{token.session:016x}", "user": token.user, "key": token.key.hex()}
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with os.fdopen(descriptor, "w", encoding="ascii") as file:
-            file.write(text)
+            json.dump(found, file)
     except OSError as error:
         raise ParameterError(f"{path}: {error.strerror or error}") from None
 
@@ -54,20 +53,14 @@ def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
 def read_token(path: str | Path) -> Token:
     """Return the token in a file; ParameterError in one line where there is none."""
     try:
-        lines = Path(path).expanduser().read_text(encoding="ascii").splitlines()
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not text"
-        raise ParameterError(f"{path}: {reason}; a session token is needed") from None
-    fields = dict(line.partition(" ")[::2] for line in lines[1:])
-    try:
-        if lines[:1] != [_HEAD]:
+        found = json.loads(Path(path).expanduser().read_text(encoding="ascii"))
+        token = Token(int(found["session"], 16), str(found["user"]), bytes.fromhex(found["key"]))
+        if len(token.key) != KEY_BYTES or not 0 < token.session < 1 << 64:
             raise ValueError
-        key = bytes.fromhex(fields["key"])
-        session = int(fields["session"], 16)
-        if len(key) != KEY_BYTES or not 0 < session < 1 << 64:
-            raise ValueError
-        return Token(session, fields["user"], key)
-    except (KeyError, ValueError):
+        return token
+    except OSError as error:
+        raise ParameterError(f"{path}: {error.strerror}; a session token is needed") from None
+    except (KeyError, TypeError, ValueError):
         raise ParameterError(f"{path}: holds no session token; 'pmwvc token' makes one") from None
 
 

@@ -23,30 +23,29 @@ PERIOD_S = 0.5
 PATIENCE_S = 3.0  # without a packet, before it is worth a warning
 SUSPECT = {  # verdicts that are worth a warning while packets of the sender come
     Receipt.STRANGER: "of another sender refused",
-    Receipt.OTHER_SESSION: "of another session refused",
-    Receipt.FORGED: "without the user's token refused",
+    Receipt.OTHER_SESSION: "of another session refused: session.token_file must be of one "
+    "'pmwvc token' at both ends, or empty at both",
+    Receipt.FORGED: "refused: the user's token (session.token_file) did not seal them",
     Receipt.FLOOD: "beyond the rate of a sender refused",
     Receipt.CORRUPTED: "corrupted on their way",
 }
-OF_TOKENS = {
-    Receipt.OTHER_SESSION: "of another session are refused: session.token_file must be of one "
-    "'pmwvc token' at both ends, or empty at both",
-    Receipt.FORGED: "are refused: the user's token (session.token_file) did not seal them",
-}
+OF_TOKENS = (Receipt.OTHER_SESSION, Receipt.FORGED)
 
 
 class Peers:
     """Watches wave topics by their full names: those of receivers (``inboxes``), and ``own`` ones,
-    which no other node should publish. ``publishers`` returns the nodes of a topic, ``clock`` [s].
+    which no other node should publish. ``publishers`` returns the nodes of a topic, ``clock`` [s];
+    ``warn`` is told of packets of a wrong token when they begin, and again after a pause.
     """
 
     def __init__(
         self, publishers: Callable[[str], Sequence[str]], *, inboxes: Mapping[str, Receiver],
-        own: Sequence[str], clock: Callable[[], float] = time.monotonic,
+        own: Sequence[str], warn: Callable[[str], object],
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self._publishers, self._inboxes, self._own = publishers, dict(inboxes), list(own)
-        self._clock, self._begin_s = clock, clock()
-        self._before = {(topic, verdict): 0 for topic in self._inboxes for verdict in SUSPECT}
+        self._clock, self._begin_s, self._warn = clock, clock(), warn
+        self._before = {(topic, each): (0, False) for topic in self._inboxes for each in SUSPECT}
 
     def look(self) -> tuple[list[str], dict[str, object]]:
         """Return what is wrong, one clause each, and values for people by name."""
@@ -58,7 +57,8 @@ class Peers:
             values[f"{topic}: publishers"] = ", ".join(names) or "none"
             values[f"{topic}: sender followed"] = f"{inbox.epoch:016x}" if inbox.epoch else "none"
             values[f"{topic}: other senders"] = ", ".join(others) or "none"
-            wrong += _several(topic, names) or self._of_packets(topic, names, inbox)
+            of_packets = self._of_packets(topic, names, inbox)
+            wrong += _several(topic, names) or of_packets
         for topic in self._own:
             wrong += _several(topic, sorted(self._publishers(topic)))
         return wrong, values
@@ -67,9 +67,12 @@ class Peers:
         wrong = []
         for verdict, words in SUSPECT.items():
             key, number = (topic, verdict), inbox.counts[verdict]
-            before, self._before[key] = self._before[key], number
+            before, again = self._before[key]
+            self._before[key] = number, number > before
             if number > before:
-                wrong.append(f"{count(number - before, 'packet')} {words} on {topic}")
+                wrong.append(f"{topic}: {count(number - before, 'packet')} {words}")
+                if verdict in OF_TOKENS and not again:
+                    self._warn(wrong[-1])
         if wrong or inbox.newest is not None or self._clock() - self._begin_s < PATIENCE_S:
             return wrong
         taken = (Receipt.ACCEPTED, Receipt.NEW_EPOCH)
@@ -77,24 +80,6 @@ class Peers:
         if refused:
             return [f"every packet on {topic} was refused: {', '.join(refused)}"]
         return [nothing_on(topic, names)]
-
-
-class WrongTokens:
-    """Finds receivers, given by link, that begin to refuse packets because of their tokens."""
-
-    def __init__(self, inboxes: Mapping[str, Receiver]) -> None:
-        self._inboxes = dict(inboxes)
-        self._seen = {(link, verdict): (0, False) for link in inboxes for verdict in OF_TOKENS}
-
-    def look(self) -> list[str]:
-        """Return a sentence for each link and reason that was not there at the last look."""
-        found = []
-        for (link, verdict), (before, refused) in self._seen.items():
-            number = self._inboxes[link].counts[verdict]
-            if number > before and not refused:
-                found.append(f"{link}: packets {OF_TOKENS[verdict]}")
-            self._seen[link, verdict] = number, number > before
-        return found
 
 
 def _several(topic: str, names: Sequence[str]) -> list[str]:
@@ -136,9 +121,9 @@ class Watch:
             publishers_of(node),
             inboxes={full(incoming): inbox for incoming, _, inbox in links.values()},
             own=[full(outgoing) for _, outgoing, _ in links.values()],
+            warn=node.get_logger().warning,
         )
         self._inboxes = {link: inbox for link, (_, _, inbox) in links.items()}
-        self._wrong_tokens = WrongTokens(self._inboxes)
         self._types = live_types()
         self._out = node.create_publisher(self._types.Reception, reception, RECORDED_QOS)
 
@@ -148,8 +133,6 @@ class Watch:
 
     def publish(self) -> None:
         """Publish what has been received until now."""
-        for sentence in self._wrong_tokens.look():
-            self._node.get_logger().warning(sentence)
         types, others = self._types, self._loop.protocol.other_controller
         for link, inbox in self._inboxes.items():
             self._seq += 1

@@ -33,7 +33,6 @@ class Environment(Record):
     outside: Callable[[EnvironmentSetup], Any] | None = None
     prompt: bool = False  # whether a live server asks it itself: a step takes some ms at most
     known: bool = False  # whether every coupling knows its equations; else a black box only
-    noun: str = "the object"  # that users touch, in reports
     movable: bool = False  # whether it is an object that moves freely (``server.object_mass``)
     sloped: bool = False  # whether it reports its slope, with which the loop is solved
     with_slope: str | None = None  # name of the same one that does; None where there is none
@@ -69,10 +68,8 @@ def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
     return SoftBody(dents, Body(rest, rest)), SoftBodyParams(soft.exponent, soft.damping, face_m)
 
 
-CUBE = Environment(
-    name="cube", made=_cube, linear="cube", known=True, noun="the cube", movable=True
-)
-_OF_WALL: dict[str, Any] = {"made": _wall, "noun": "the wall", "spring": True}
+CUBE = Environment(name="cube", made=_cube, linear="cube", known=True, movable=True)
+_OF_WALL: dict[str, Any] = {"made": _wall, "spring": True}
 WALL = Environment(
     name="wall", linear="wall", known=True, with_slope="wall_with_slope", **_OF_WALL
 )
@@ -86,7 +83,6 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
     name="active_wall",
     made=_driven,
     linear="wall",
-    noun="the wall",
     contact_law=False,
     drive_hz=lambda p: p.active_wall.frequency_hz if p.active_wall.amplitude_m > 0.0 else 0.0,
     own_energy=lambda p: "its environment is driven" if p.active_wall.amplitude_m > 0.0 else "",
@@ -96,7 +92,6 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
 BODY = Environment(
     name="body",
     outside=lambda setup: resolve_name("pmwvc_core.scenes.body:Box")(setup),
-    noun="the box",
     prompt=True,
 )
 MUJOCO = Environment(

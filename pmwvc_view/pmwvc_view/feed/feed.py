@@ -4,6 +4,10 @@
 
 Rows lie on a grid of the nodes' monotonic clock. A row is made once every node's trace reaches
 it, or ``PATIENCE_S`` later without those that are late.
+
+Energy is judged as the report judges it, over the newest second, again and again; the nodes'
+counters are sums since their start. Once a node is started again, or a user comes back, what was
+on its way then is in one counter only: its balances are no longer judged.
 """
 
 import math
@@ -12,14 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.budget.criterion import Finding
+from pmwvc_analysis.budget.energy import UserEnergy, user_energies
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import kept_words, why_kept
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_view.feed.balances import Balances, ServerBalance
 from pmwvc_view.feed.rows import ROUNDED_S, Samples, energies, newest, rows_of, samples
 from pmwvc_view.feed.tape import NS, Tape
 from pmwvc_view.protocol.snapshot import NO_PACKETS, Layout, Snapshot
@@ -32,14 +37,17 @@ APART_M = 3e-3  # more than a press takes: so far from its avatar a device was w
 
 
 class FeedUser:
-    """What is known of a user at the newest row. ``state``, ``reason``: of its master; None:
-    there was no trace, or none for ``GONE_S`` (then it is ``gone``); ``apart``: its avatar is away
-    from its device since it joined; ``loaded_change``: tau/(2b) changed under load since the
-    device was coupled; ``shown_s``: time of the last tick shown [s].
+    """What is known of a user at the newest row. ``energy``: its newest balances, None where none
+    is known, ``least_j``: the least of each part [J]; ``judged``: both counters are in their first
+    life. ``state``, ``reason``: of its master; None: there was no trace, or none for ``GONE_S``
+    (then it is ``gone``); ``apart``: its avatar is away from its device since it joined;
+    ``loaded_change``: tau/(2b) changed under load since the device was coupled; ``shown_s``: time
+    of the last tick shown [s].
     """
 
     def __init__(self, name: str, layout: Layout, scenario: Scenario) -> None:
-        self.balances = Balances()
+        self.energy: UserEnergy | None = None
+        self.judged, self.least_j = True, dict[str, float]()
         self._at = {
             column.removeprefix(f"{name}."): where
             for column, where in layout.slices.items()
@@ -56,6 +64,32 @@ class FeedUser:
     def kept_apart(self) -> str:
         """How far the avatar is from the device since the user joined, and why; else nothing."""
         return kept_words(self._distance_m, self._why_apart) if self.apart else ""
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a balance."""
+        return self.energy is not None and bool(np.isfinite(self.energy.joint.balance_j).all())
+
+    @property
+    def channel_known(self) -> bool:
+        """Whether the energy of both directions is known on its own."""
+        return self.known and self.energy is not None and self.energy.down is not None
+
+    def begin_anew(self) -> None:
+        """Note that a counter began anew."""
+        self.energy, self.judged = None, False
+
+    def account(self, energy: UserEnergy) -> None:
+        """Take in the balances of the newest second."""
+        if not self.judged or not len(energy.joint.time_s):
+            return
+        begun = [each.balance_j[0] < each.limit_j[0] for each in energy.parts.values()]
+        if self.energy is None and any(begun):  # of counters that began at different times
+            self.judged = False
+            return
+        self.energy = energy
+        for part, balance in energy.parts.items():
+            self.least_j[part] = min(self.least_j.get(part, 0.0), balance.minimum_j)
 
     def follow(self, row: Array, traces: UserTraces) -> None:
         """Note what a row says, and complete it; what is kept since joining is no lag."""
@@ -82,7 +116,9 @@ class FeedUser:
 
 class Feed:
     """Rows of a session from its traces, the ``tape`` of its newest seconds, and what is known of
-    its ``users`` by name. ``others`` are values of rows that come from elsewhere, by column.
+    its ``users`` by name. ``worst``: of each account, by owner and part, the finding that was
+    nearest to its limit, or farthest below. ``others`` are values of rows that come from
+    elsewhere, by column.
     """
 
     def __init__(
@@ -91,7 +127,8 @@ class Feed:
         self._layout, self._scenario, self._period_ns = layout, scenario, period_ns
         self.tape = Tape(scenario, live=live)
         self.users = {name: FeedUser(name, layout, scenario) for name in self.tape.users}
-        self.server = ServerBalance()
+        self.worst: dict[tuple[str, str], Finding] = {}
+        self.server_judged = True
         self._due_ns: int | None = None  # since time began
         self._seq, self._balanced_s = 0, -math.inf
         self._packets: list[Array] = []
@@ -102,7 +139,7 @@ class Feed:
         if (both := self.tape.users[traces.name].add(traces)) is not None:
             self._begin(float(traces.time_s[0]))
             if (np.diff(both.tick) < 0).any():
-                self.users[traces.name].balances.begin_anew()
+                self.users[traces.name].begin_anew()
 
     def on_server(self, traces: ServerTraces) -> None:
         """Take in traces; what is old of them is dropped."""
@@ -112,8 +149,8 @@ class Feed:
         again = (np.diff(both.step) < 0).any()
         for name, *sums in zip(both.users, both.energy_u_s, both.energy_v_s, strict=True):
             if again or (np.diff(sums) < 0.0).any():
-                self.users[name].balances.begin_anew()
-                self.server.judged = False
+                self.users[name].begin_anew()
+                self.server_judged = False
 
     def on_packets(self, link: int, columns: Array) -> None:
         """Take in packets of a link, ``(n, 4)``: number, time in and out [ns] (0: never), fate."""
@@ -136,22 +173,27 @@ class Feed:
         shown = self.tape.shown()
         if self.tape.end_s >= self._balanced_s + BALANCED_S:
             self._balanced_s = self.tape.end_s
-            if shown.server is not None:
-                self.server.update(shown.server, self._scenario)
             for energy in user_energies(shown, self._scenario):
-                self.users[energy.name].balances.update(energy)
+                self.users[energy.name].account(energy)
+            for found in passivity(shown, self._scenario, None).findings:
+                key, owner = (found.owner, found.part), self.users.get(found.owner)
+                if owner.known if owner else self.server_judged:
+                    self.worst[key] = min(self.worst.get(key, found), found, key=_margin_j)
         rows = rows_of(
-            np.array(dues), self._layout, self._samples(shown), shown.users,
+            np.array(dues),
+            self._layout,
+            self._samples(shown),
+            shown.users,
             [packets[:, 1:3] for packets in self.tape.packets],
             {name: user.shown_s for name, user in self.users.items()},
-        )  # fmt: skip
+        )
         return [self._completed(row, shown) for row in rows]
 
     def _samples(self, shown: SessionTraces) -> Iterator[Samples]:
         yield from samples(shown)
         for user in self.users.values():
-            if (energy := user.balances.energy) is not None:
-                yield from energies(energy, user.balances.least_j)
+            if user.energy is not None:
+                yield from energies(user.energy, user.least_j)
 
     def _completed(self, row: Array, shown: SessionTraces) -> Snapshot:
         """Return a row with all that is not in traces, and the packets since the last one."""
@@ -173,3 +215,8 @@ class Feed:
         due_s -= ROUNDED_S
         now_s = (now_ns - self.tape.zero(now_ns)) / NS
         return min(ends) >= due_s or (max(ends) >= due_s and now_s >= due_s + PATIENCE_S)
+
+
+def _margin_j(found: Finding) -> float:
+    """Return how far a balance stayed above its limit [J]."""
+    return found.least_j + found.tolerance_j + found.declared_j + found.counts_j

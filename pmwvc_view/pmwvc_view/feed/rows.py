@@ -77,9 +77,13 @@ def energies(found: UserEnergy, least_j: Mapping[str, float]) -> Iterator[Sample
 
 
 def rows_of(
-    times: Array, layout: Layout, found: Iterable[Samples], users: Iterable[UserTraces],
-    links: Sequence[Array], shown_s: Mapping[str, float] | None = None,
-) -> Array:  # fmt: skip
+    times: Array,
+    layout: Layout,
+    found: Iterable[Samples],
+    users: Iterable[UserTraces],
+    links: Sequence[Array],
+    shown_s: Mapping[str, float] | None = None,
+) -> Array:
     """Return a row at each of some times [s], ``(rows, columns)``; NaN where nothing is known.
     ``links``: when packets were sent and arrived, ``(packets, 2)`` [s], in the order of snapshots;
     ``shown_s`` is the last tick of each user that a row before has shown.

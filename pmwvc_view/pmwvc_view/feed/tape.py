@@ -141,11 +141,17 @@ class Tape:
             topic = f"/{user.name}/wave_down" if link % 2 else f"/server/{user.name}/wave_up"
             due_s = scenario.server.period_s if link % 2 else user.master.frame_s
             found.packets[topic] = PacketTraces(
-                topic=topic, time_s=came[:, 2], epoch=np.zeros(count, dtype=np.uint64),
-                seq=came[:, 0].astype(np.int64), sent_ns=np.zeros(count, dtype=np.int64),
-                period_s=np.full(count, due_s), wave=none, integral=none, energy=np.zeros(count),
+                topic=topic,
+                time_s=came[:, 2],
+                epoch=np.zeros(count, dtype=np.uint64),
+                seq=came[:, 0].astype(np.int64),
+                sent_ns=np.zeros(count, dtype=np.int64),
+                period_s=np.full(count, due_s),
+                wave=none,
+                integral=none,
+                energy=np.zeros(count),
                 position=none,
-            )  # fmt: skip
+            )
         return found
 
     def _session(self, users: list[UserTraces], server: ServerTraces | None) -> SessionTraces:

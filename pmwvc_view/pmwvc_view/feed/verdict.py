@@ -19,11 +19,11 @@ from pmwvc_analysis.budget.energy import declared
 from pmwvc_analysis.events import grips
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.verdicts import stability
+from pmwvc_analysis.verdicts.passivity import part_words
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import quantity
-from pmwvc_view.feed.balances import WAYS
 from pmwvc_view.feed.feed import Feed, FeedUser
 from pmwvc_view.feed.tape import SPAN_S, Tape
 
@@ -80,12 +80,16 @@ GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
 
 
 def verdict(
-    feed: Feed, judge: Judge, scenario: Scenario, *, exact_hands: Collection[str],
+    feed: Feed,
+    judge: Judge,
+    scenario: Scenario,
+    *,
+    exact_hands: Collection[str],
     notices: Sequence[str],
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return the text message: verdict, level, users, notices, which are what people should know
     beside the verdict. ``exact_hands``: users whose device counts its true motion, as a simulated
-    one does whatever its encoder shows; their account from hand to object is judged.
+    one does whatever its encoder shows; their account at the port of the hand is judged.
     """
     level, sentence = _judged(feed, judge, scenario, exact_hands)
     if scenario.coupling.black_box and level == GOOD:
@@ -122,11 +126,11 @@ def _judged(
     unjudged = [
         name
         for name, user in users.items()
-        if not user.balances.known or not (user.balances.channel_known or name in exact)
+        if not user.known or not (user.channel_known or name in exact)
     ]
     if unjudged:
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
-    channels = all(user.balances.channel_known for user in users.values())
+    channels = all(user.channel_known for user in users.values())
     parts = "no channel" if channels else "no user's link"
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
     lent_j = max(sum(declared(scenario, user)) for user in scenario.users)
@@ -150,26 +154,19 @@ def _waits(user: FeedUser) -> str:
 
 def _active(feed: Feed, exact: Collection[str]) -> list[str]:
     """Return the accounts that were below what they may be, in words."""
-    accounts = [
-        (f"{name}, {WAYS[part]}", worst)
-        for name, user in feed.users.items()
-        for part, worst in user.balances.worst.items()
-        if part != "hand_port" or name in exact
-    ]
-    accounts.append(("server with its environment", feed.server.worst))
     return [
-        f"{of}, gave out {quantity(-worst.balance_j, 'J')} more than it received "
-        f"(at {worst.time_s:.1f} s)"
-        for of, worst in accounts
-        if worst.margin_j < 0.0
+        f"{f'{found.owner}, ' if found.owner in feed.users else ''}{part_words(found)}, gave out "
+        f"{quantity(found.given_j, 'J')} more than it received (at {found.least_s or 0.0:.1f} s)"
+        for found in feed.worst.values()
+        if found.passive is False and (found.part != "hand_port" or found.owner in exact)
     ]
 
 
 def _left_out(user: FeedUser) -> str:
     """Return what the energy account, or the distance, of a user does not cover."""
-    if not user.balances.judged:
+    if not user.judged:
         return "a node was started again: its energy is no longer judged"
-    if not user.balances.known:
+    if not user.known:
         return "no energy account yet"
     if user.loaded_change:
         return (
