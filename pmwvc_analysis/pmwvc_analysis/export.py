@@ -79,6 +79,9 @@ def _of_user(user: UserTraces) -> Iterator[Table]:
     ):
         columns |= {f"{kind}_{name}": values for name, values in sums.items()}
         meanings |= {f"{kind}_{name}": Field("J", meaning) for name in sums}
+    if user.orientation.size:
+        columns["orientation"] = user.orientation
+        meanings["orientation"] = Field("", "of the device, unit quaternion x y z w")
     yield Table(plain(f"{user.name}_blocks"), columns, meanings)
 
 
@@ -106,19 +109,13 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
 def _table(name: str, traces: object) -> Table:
     meanings = declared(type(traces))
     values = {column: np.asarray(getattr(traces, column)) for column in meanings}
-    return Table(plain(name), values, meanings)
+    there = {column: each for column, each in values.items() if each.shape[1:] != (0,)}
+    return Table(plain(name), there, meanings)
 
 
 def plain(name: str) -> str:
     """Return a name that every tool accepts: letters, digits and underscores."""
     return re.sub(r"\W", "_", name)
-
-
-def by_axis(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """Return the axes of a column by name: ``x_m`` of one axis, else ``x_m_1``, ``x_m_2``, ..."""
-    if values.ndim == 1 or values.shape[1] == 1:
-        return {name: values.reshape(-1)}
-    return {f"{name}_{number}": axis for number, axis in enumerate(values.T, start=1)}
 
 
 About = dict[str, str | float]
@@ -151,7 +148,10 @@ def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:
     for table in found:
         columns: dict[str, NDArray[Any]] = {}
         for name, values in table.columns.items():
-            axes = by_axis(name, values)
+            named = enumerate(values.T, start=1) if values.ndim > 1 else ()
+            axes = {f"{name}_{number}": axis for number, axis in named}
+            if len(axes) == 1 or values.ndim == 1:
+                axes = {name: values.reshape(-1)}
             columns |= axes
             meanings += [(table.name, axis, *table.meanings[name]) for axis in axes]
         write_table(folder / f"{table.name}.csv", columns)

@@ -26,7 +26,8 @@ class DeviceSample:
     nothing new came since the last read; ``measured_ns`` is of the monotonic clock, None: of the
     read. ``f_h`` is zero where ``hand_force_known`` is False. ``work`` [J] since the start, of the
     controller's force against the hand and of the hand's on the device, is for devices that know
-    their true motion; None: the loop counts the motion measured.
+    their true motion; None: the loop counts the motion measured. A device of six axes may give its
+    ``orientation``, x y z w; () where that follows from the way of axes 4 to 6.
     """
 
     x: Value = 0.0  # [m]
@@ -36,6 +37,9 @@ class DeviceSample:
     work: tuple[Value, Value] | None = None
     fresh: bool = True
     measured_ns: int | None = None
+    outside: bool = False
+    buttons: int = 0
+    orientation: tuple[float, ...] = ()
 
 
 class Frame(NamedTuple):
@@ -57,6 +61,7 @@ class FrameReport(NamedTuple):
     v_rx: Value
     v_m: Value
     accounts: Mapping[str, Value]
+    orientation: tuple[float, ...]  # of the device, x y z w; () below six axes
 
 
 class Presence(enum.IntEnum):

@@ -114,11 +114,6 @@ class Faults:
         if who := [user for user, is_bad in enumerate(bad) if is_bad]:
             self.note(BadAnswer(f"returned {what} for users {who}"))
 
-    def note_jumps(self, body: Any) -> None:
-        """Count a step of an environment whose force jumped for users who are there."""
-        jumped = (seen.there and seen.jumped for seen in getattr(body, "users", ()))
-        self.note_users(jumped, "a force that jumped while hardly anything moved")
-
     def note(self, error: BaseException, value: str = "") -> None:
         """Count a step."""
         what = str(error) if isinstance(error, BadAnswer) else f"raised {reason(error)}"

@@ -52,6 +52,7 @@ class UserTraces:
     epoch: NDArray[np.uint64] = _unknown(np.uint64)  # (block,) start of the master
     changes: Integers = _unknown()  # (block,) frames up to it that took changes over
     looked_ns: Looks = _unknown()  # (tick,)
+    orientation: Array = _unknown()  # (block, 4) of the device, x y z w; (block, 0) below six axes
     grid: int = 0  # ticks of the loop's clock before tick 0: frames begin at its multiples of M
 
     @property
@@ -147,6 +148,7 @@ class PacketTraces:
     integral: Annotated[Array, "sqrt(W) s", "running integral of the wave"]
     energy: Annotated[Array, "J", "energy sent so far"]
     position: Annotated[Array, "m", "sending end; an avatar's in the frame of its device"]
+    orientation: Annotated[Array, "", "sending end, unit quaternion x y z w; none below six axes"]
 
 
 @dataclass

@@ -62,6 +62,7 @@ class FrameBlock:
     state, reason = 0, ""  # at the end of the frame, as the energies [J]
     energy: Mapping[str, Value] = MappingProxyType({})
     accounts: Mapping[str, Value] = MappingProxyType({})
+    orientation: tuple[float, ...] = ()  # likewise
 
     def __init__(self, ticks: int, dof: int) -> None:
         self.ticks, self.dof, self.count = ticks, dof, 0
@@ -101,7 +102,7 @@ class FrameBlock:
         self.state, self.reason = int(report.state), str(report.reason)
         waves = report.u_m, report.u_tx, report.v_rx, report.v_m
         self.energy = dict(zip(ENERGIES, (*waves, work.device, work.hand), strict=True))
-        self.accounts = report.accounts
+        self.accounts, self.orientation = report.accounts, report.orientation
 
     def clear(self) -> None:
         """Start the next block."""

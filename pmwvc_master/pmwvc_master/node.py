@@ -4,8 +4,9 @@
 
 The main thread runs the force loop (:mod:`pmwvc_master.loop`); a second one serves parameters,
 services and diagnostics, and hands complete new objects over, which the loop takes at a frame
-boundary. Services: ``~/rearm`` (Trigger) after a fault; ``~/start`` (Trigger) where
-``start.paused`` is set. Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``.
+boundary. Services: ``~/rearm`` (Trigger) after a fault; ``~/clutch`` (SetBool) uncouples the hand;
+``~/start`` (Trigger) where ``start.paused`` is set. Relative topics: ``wave_up`` out,
+``wave_down`` in, ``trace``.
 """
 
 import secrets
@@ -17,7 +18,7 @@ from functools import partial
 
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.law.user_tick import LATE_NS
@@ -31,12 +32,14 @@ from pmwvc_core.transport.packet import Admission
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.blocks import FrameBlock
-from pmwvc_master.devices import make_device, warnings_of_device
+from pmwvc_master.devices import limits_of, warnings_of_device
+from pmwvc_master.devices.mapped import make_device
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.settings import declare_settings
 
 FAREWELL_PERIODS = 3
-OF_BLOCK = ("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy", "accounts")
+OF_BLOCK = (*("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy"),
+            *("accounts", "orientation"))  # fmt: skip
 LATE_SAMPLES = f"ticks without a device sample of the last {LATE_NS / 1e6:g} ms"
 STATES = ("starting", "coupled", "damping", "fault")
 
@@ -73,6 +76,7 @@ class Master:
         links = {f"{settings.name}/down": link}
         self._watch = Watch(node, self.loop, links=links, reception="reception", epoch=epoch)
         node.create_service(Trigger, "~/rearm", self._rearm)
+        node.create_service(SetBool, "~/clutch", self._clutch)
         publish_health(node, self._health)
         self.loop.memory = hold_memory()
 
@@ -88,8 +92,9 @@ class Master:
     def _publish_trace(self, loop: MasterLoop, block: FrameBlock) -> None:
         """Publish the ticks of a frame."""
         self._seq += 1
+        shift_ns = time.time_ns() - time.monotonic_ns()  # of the clock of ROS
         message = messages.master_trace(
-            self._types, block.series(), stamp_ns=_ros_time(block.start_ns), epoch=self._epoch,
+            self._types, block.series(), stamp_ns=shift_ns + block.start_ns, epoch=self._epoch,
             seq=self._seq, period=loop.tick_s, dof=self.settings.dof, missed=loop.missed,
             safety_events=loop.protocol.s.limits.events,
             hand_force_known=self.device.info.hand_force_known,
@@ -99,8 +104,8 @@ class Master:
 
     def _use_profile(self) -> None:
         """Show the force limit that holds; warn of parameters that do not fit the device."""
-        node, asked = self.node, self.settings.safety.max_force
-        allowed = self.loop.protocol.p.limits.max_force
+        node, asked = self.node, self.settings.given_safety.max_force
+        allowed = limits_of(self.device.info, self.settings.given_safety).max_force
         if allowed < asked:
             text = f"lowered to the device's limit of {allowed:g} N"
             node.get_logger().warning(f"safety.max_force = {asked:g} N: {text}")
@@ -108,11 +113,11 @@ class Master:
         self._warn(self.settings.master)
 
     def _warn(self, master: MasterParams) -> None:
-        given, force_n = self.settings, self.loop.protocol.p.limits.max_force
+        given = self.settings
+        force_n = self.loop.protocol.p.limits.max_force * given.given_device.scale
         waves, strict = has_waves(given.controller), given.strict
-        for text in warnings_of_device(
-            self.device.info, master, given.device, force_n=force_n, waves=waves, strict=strict
-        ):
+        of = self.device.info, master, given.given_device
+        for text in warnings_of_device(*of, force_n=force_n, waves=waves, strict=strict):
             self.node.get_logger().warning(text)
 
     def run(self, stop: threading.Event) -> None:
@@ -136,13 +141,20 @@ class Master:
 
     def _change_safety(self, params: SafetyParams) -> None:
         protocol = self.loop.protocol
-        protocol.hand_over(lambda: protocol.configure(safety=params))
+        self.device.slew_n = params.max_slew * self.settings.master.tick_s
+        protocol.hand_over(lambda: protocol.configure(given_safety=params))
 
     def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Let the force come back after a fault."""
         self.loop.protocol.hand_over(self.loop.protocol.rearm)
         response.success = True
         response.message = "force rises from zero once the device is slow enough"
+        return response
+
+    def _clutch(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        """Uncouple the hand, or couple it where it is now."""
+        self.device.pressed, response.success = request.data, True
+        response.message = "the avatar stays" if request.data else "the avatar follows the hand"
         return response
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
@@ -154,6 +166,7 @@ class Master:
         values |= {
             "device samples": self.loop.work.samples, LATE_SAMPLES: protocol.s.late,
             "state": state, "reason": protocol.reason, "safety events": protocol.s.limits.events,
+            "uncoupled": self.device.uncoupled,
         }  # fmt: skip
         values |= diagnostics(protocol.inbox, out="up", into="down")
         wrong, peers = self._watch.peers.look()
@@ -165,11 +178,6 @@ class Master:
         if state == "fault":
             return ERROR, text, values
         return (WARN if wrong or state == "damping" else OK), text, values
-
-
-def _ros_time(monotonic_ns: int) -> int:
-    """Return a time of the monotonic clock on the time line of ROS [ns]."""
-    return time.time_ns() - time.monotonic_ns() + monotonic_ns
 
 
 main = partial(run_node, "master", Master)

@@ -52,16 +52,17 @@ class MasterSettings(User):
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:
         """Return this user's end of the protocol, for a device that declares this of itself."""
-        user = replace(self, safety=limits_of(info, self.safety))
-        return UserEnd(user, self, epoch=epoch, schedule=LIVE, workspace_m=info.workspace_m)
+        user = replace(self, given_safety=limits_of(info, self.given_safety))
+        return UserEnd(user, self, epoch=epoch, schedule=LIVE)
 
     def device_setup(self, node: Node) -> DeviceSetup:
         """Return what the device is made for; it starts in front of the user's face."""
         half = self.server.object_size_m / 2
         return DeviceSetup(
             dof=self.dof, tick_s=self.master.tick_s, side=self.side, half_width_m=half,
-            start_m=self.side * (half + self.contact.gap_m), seed=self.seed, device=self.device,
-            operator=self.operator, task=self.task, node=node,
+            start_m=self.side * (half + self.contact.gap_m), seed=self.seed,
+            device=self.given_device, operator=self.operator, task=self.task, node=node,
+            lever_m=self.server.lever_m, max_slew_n_s=self.given_safety.max_slew,
         )  # fmt: skip
 
 
@@ -93,7 +94,7 @@ def declare_settings(
         **binding.declare_shares(
             USER_AT_MASTER,
             master={"listener": on_master, "check": designed, "check_change": allowed},
-            safety={"listener": on_safety, "check_change": check_change},
+            given_safety={"listener": on_safety, "check_change": check_change},
         ),
         token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=name),
     )

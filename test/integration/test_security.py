@@ -73,13 +73,13 @@ def guide():
         name.strip("`"): tuple(set(re.findall("`(.*?)`", cell)) for cell in cells)
         for name, *cells in rows
     }
-    every = names.pop("every node")
+    every, of_master = names.pop("every node"), ("rearm", "clutch")
     services = set(re.findall("`~/(.*?)`", text))
     return {
         name: (
             published | every[0],
             subscribed | every[1],
-            {f"{name}/{each}" for each in services if each != "rearm" or "master" in name},
+            {f"{name}/{each}" for each in services if each not in of_master or "master" in name},
             set(),
         )
         for name, (published, subscribed) in names.items()

@@ -18,7 +18,7 @@ def test_a_handle_that_turns_meets_a_torque_and_its_way_is_the_lever_times_its_t
     with ros() as peer:
         poses = peer.node.create_publisher(PoseStamped, "/user1/device/measured_cp", WAVE_QOS)
         wrenches = peer.collect(WrenchStamped, "/user1/device/servo_cf")
-        parameters = {"device__plugin": "ros_topic", "ros_topic__lever_m": LEVER_M, "dof": 6}
+        parameters = {"device__plugin": "ros_topic", "server__lever_m": LEVER_M, "dof": 6}
         with master(peer, **parameters) as (process, blocks, waves):
             server, turns = Server(peer), 0
             peer.until(lambda: poses.get_subscription_count())
@@ -36,6 +36,10 @@ def test_a_handle_that_turns_meets_a_torque_and_its_way_is_the_lever_times_its_t
                 server.out.publish(messages.wave(server.types, packet, 0, dof=6))
             way = np.array([0.0] * 5 + [LEVER_M * TURN_RAD * (turns - 1)])
             peer.until(lambda: np.abs(np.array(blocks[-1].x)[-5:] - way[1:]).max() < 1e-9)
+            waves.clear()
+            peer.until(lambda: waves)
+            for found in (waves[-1].orientation, blocks[-1].orientation):
+                assert np.abs(np.dot(found, q)) > 1.0 - 1e-12
             for wrench in wrenches:
                 assert abs(wrench.wrench.force.x) < 1e-9
             assert process.stop() == 0

@@ -97,7 +97,7 @@ def loop_of(case):
     safety = SafetyParams(max_force=5.0, max_slew=4000.0, **limits)
     server_s = case["server_ticks"] * H
     loop = UserEnd(
-        User("user1", master=master, safety=safety),
+        User("user1", master=master, given_safety=safety),
         session_given(channel="strict", dof=case["dof"], server=ServerParams(period_s=server_s)),
         epoch=5,
     )

@@ -223,6 +223,15 @@ def test_hands_turn_a_box_over_a_network():
     for turned in poses.values():
         np.testing.assert_allclose(turned.as_rotvec(), [0.0, 0.0, 0.5], atol=0.03)
     assert traces.server.poses["box"][-1, 2] > 0.02
+    for user in traces.users:
+        way = Rotation.identity()
+        for step in np.diff(user.x_m[:, 3:], axis=0, prepend=0.0):
+            way = Rotation.from_rotvec(step / ServerParams().lever_m) * way
+        up, down = (traces.packets[f"/{n}"].orientation[-1] for n in
+                    (f"{user.name}/wave_up", f"server/{user.name}/wave_down"))  # fmt: skip
+        for found in (up, user.orientation[-1]):
+            assert (Rotation.from_quat(found) * way.inv()).magnitude() < 1e-3
+        assert (Rotation.from_quat(down) * poses[user.name].inv()).magnitude() < 1e-9
 
 
 def test_four_axes_are_refused():

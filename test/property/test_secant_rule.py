@@ -128,8 +128,8 @@ def test_the_power_of_the_proof_is_that_of_the_loop(repaid):
 def test_the_running_port_responds_like_that(monkeypatch, repaid):
     """With a slope that stays, no compensation and a wall that holds on both sides."""
     monkeypatch.setattr(secant, "REPAID", repaid)
-    for name in ("_raised", "_decayed"):
-        monkeypatch.setattr(secant, name, lambda slope, *_: slope)
+    monkeypatch.setattr(secant, "DECAY", 1.0)
+    monkeypatch.setattr(secant, "_raised", lambda slope, *_: slope)
     k, damping, b = 3000.0, 8.0, 25.0
     params = ServerParams(
         coupling="unknown", environment="wall", period_s=PERIOD_S, compensation="none"

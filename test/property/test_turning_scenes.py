@@ -66,6 +66,8 @@ def test_a_free_finger_turns_as_its_port_alone(tmp_path):
     way = Rotation.from_rotvec(50 * H * drive[0, 3:] / 20.0 / LEVER_M)
     expected = (way * Rotation.from_rotvec(start)).as_rotvec()
     np.testing.assert_allclose(turn(made, "pmwvc_user1"), expected, atol=1e-9)
+    found = Rotation.from_quat(made.turned[0]).as_rotvec()
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 @settings(max_examples=10, deadline=None)

@@ -10,6 +10,7 @@ double fake_force_when_enabled = -1.0;
 int fake_type = 33, fake_serial = 77, fake_reported_serial = 77, fake_busy = 0, fake_power = 1, fake_calibrated = 1;
 int fake_result = 0;         // of reads
 int fake_force_result = 0;   // of forces
+int fake_buttons = 0;
 int fake_enabled = 0, fake_open = 0, fake_window_ms = 20;
 
 static int checked(char id, int result) { return id == ID && fake_open ? result : -1; }
@@ -42,6 +43,7 @@ int dhdEnableForce(unsigned char on, char id) {
   if (on) fake_force_when_enabled = fake_force[0];
   return checked(id, 0);
 }
+unsigned dhdGetButtonMask(char id) { return checked(id, 0) ? 0 : fake_buttons; }
 int dhdConfigLinearVelocity(int ms, int mode, char id) {
   fake_window_ms = ms;
   return checked(id, mode);

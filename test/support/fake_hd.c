@@ -15,6 +15,7 @@ double fake_force[3] = {9, 9, 9};
 double fake_max_force = 3.3, fake_lasting_force = 0.88;
 char fake_model[32] = "Touch", fake_serial[32] = "S-1", fake_name[32] = "";
 int fake_busy = 0, fake_code = 0, fake_calibration = 0x5000, fake_updated = 0;
+int fake_buttons = 0;
 int fake_enabled = 0, fake_open = 0, fake_stalled = 0, fake_frames = 0, fake_in_frame = 0;
 
 static pthread_t thread;
@@ -46,7 +47,7 @@ void hdUpdateCalibration(unsigned style) {
 }
 void hdBeginFrame(unsigned id) { fake_in_frame = id == ID; }
 void hdEndFrame(unsigned id) { fake_in_frame = 0; }
-void hdGetIntegerv(unsigned what, int *value) { *value = what == 0x2555 ? 2 : 0; }
+void hdGetIntegerv(unsigned what, int *value) { *value = what == 0x2555 ? 2 : what == 0x2000 ? fake_buttons : 0; }
 void hdGetDoublev(unsigned what, double *value) {
   if (what == 0x2603) *value = fake_max_force;
   if (what == 0x2604) *value = fake_lasting_force;

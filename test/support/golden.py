@@ -95,6 +95,8 @@ def record_of(traces: Any) -> Record:
     """Return what is kept of traces."""
     signals, texts = {}, {}
     for path, value in _parts(traces, ""):
+        if isinstance(value, np.ndarray) and value.shape[1:] == (0,):
+            continue  # orientations of fewer than six axes
         if isinstance(value, np.ndarray) and value.ndim:
             signals[path] = _signal(value)
         elif path.endswith(".reason"):

@@ -206,6 +206,7 @@ def _add_network(
                 integral=(np.cumsum(wave[key], axis=0) * FRAME_S)[rows],
                 energy=_energy(wave[key], FRAME_S)[rows],
                 position=place_of[way][rows],
+                orientation=np.zeros((len(times), 0)),
             )
         traces.fates[f"{name}/{way}"] = FateTraces(
             link=f"{name}/{way}",

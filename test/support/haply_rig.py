@@ -7,7 +7,7 @@ import contextlib
 from pmwvc_master.devices import haply
 from pmwvc_master.devices.haply import HaplyDevice, HaplyParams
 from support.loop_rig import TICK_NS
-from support.vendor_setup import vendor_setup
+from support.vendor_setup import whole
 
 FOREVER_NS = -60 * 10**9  # a clock that is never due: reads wait until an answer has come
 
@@ -18,8 +18,9 @@ def let_wait(monkeypatch):
 
 
 @contextlib.contextmanager
-def opened(service, *, dof=1, **params):
-    device = HaplyDevice(vendor_setup("haply", dof), HaplyParams(service=service.url, **params))
+def opened(service, *, dof=1, axes="", clutch=0, **params):
+    params = HaplyParams(service=service.url, **params)
+    device = whole(HaplyDevice, params, "haply", dof, axes=axes, clutch=clutch)
     try:
         device.open()
         assert service.force()[1] == {"x": 0.0, "y": 0.0, "z": 0.0}

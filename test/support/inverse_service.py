@@ -29,6 +29,7 @@ class InverseService:
         self.position, self.velocity = [0.0, -0.12, 0.15], [0.0, 0.0, 0.0]
         self.status = {"calibrated": True}
         self.copies = 1  # of each answer
+        self.grips = []  # wireless VerseGrips
         self.held = None  # answers that wait
         self.forces: queue.Queue = queue.Queue()
         self.connections = []
@@ -76,7 +77,8 @@ class InverseService:
         for device in devices if config else ():
             settings = SETTINGS | (OF_3_5 | {"type": self.kind} if new else {})
             device["config"] = {"handedness": "right"} | settings
-        return json.dumps(({"session_id": 7} if new else {}) | {"inverse3": devices})
+        there = {"inverse3": devices} | ({"wireless_verse_grip": self.grips} if self.grips else {})
+        return json.dumps(({"session_id": 7} if new else {}) | there)
 
     def _serve(self, connection):
         self.connections.append(connection)

@@ -12,6 +12,7 @@ import numpy as np
 import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
 from pmwvc_core.ends.inbox import known, value, vector
+from pmwvc_core.ends.server_end import JUMPED
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.playout import add
 from pmwvc_core.law.port.master import (
@@ -41,6 +42,7 @@ from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.plugins import Faults
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.black_box import Outside, directly
+from pmwvc_core.server.turned import Turned
 from support.session_given import session_given
 
 FIRST = ("u_m", "u_tx", "v_rx", "v_m")
@@ -49,9 +51,11 @@ FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 class ForceLimits:
     """The limits of a loop without a brake."""
 
-    def __init__(self, *, tick_s=0.001, packet_s=0.008, axes=1, **params):
+    def __init__(
+        self, *, tick_s=0.001, packet_s=0.008, axes=1, groups=None, reach=LARGEST, **params
+    ):
         self.axes, self.params = axes, SafetyParams(**params)
-        self._times = tick_s, packet_s, LARGEST, 0.0
+        self._times = tick_s, packet_s, reach, 0.0, groups or (((1.0,) * axes, 1.0),)
         self.p = limits_params(self.params, *self._times)
         nothing = (0.0,) * axes
         self.s = Limits(nothing, nothing, loose_brake(nothing), self.p.timeout_s)
@@ -217,9 +221,9 @@ class Users:
         self.faults = Faults("server.environment", server.environment)
         if environment is not None:
             there = (False,) * len(users)
-            outside = Outside(
-                environment, deque(), call, self.faults, there, np.zeros((len(users), axes))
-            )
+            places = np.zeros((len(users), axes))
+            turned = Turned(places.shape, server)
+            outside = Outside(environment, deque(), call, self.faults, there, places, turned)
             self.s = self.s._replace(body=self.s.body._replace(environment=outside))
         elif isinstance(getattr(self.s.body, "environment", None), Outside):
             self.faults = self.s.body.environment.faults
@@ -256,7 +260,8 @@ class Users:
             for port, wave, received_j in zip(self.s.ports, waves, self.received_j, strict=True)
         )
         self.s = environment_step(self.p, self.s, came)
-        self.faults.note_jumps(self.s.body)
+        of_users = getattr(self.s.body, "users", ())
+        self.faults.note_users((each.there and each.jumped for each in of_users), JUMPED)
         return self.v_s
 
     def _came(self, port, wave, received_j):

@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A sender of packets without a law behind it."""
 
+import numpy as np
+
 from pmwvc_core.numeric import Value, squared
+from pmwvc_core.transport.orientation import AXES, IDENTITY
 from pmwvc_core.transport.packet import LAST_NUMBER, WavePacket
 
 
@@ -32,4 +35,6 @@ class Packer:
         self.energy = self.energy + squared(wave) * (0.5 * self.period)
         kept = self.energy if energy is None else energy
         sums = (wave, self.integral, kept, position)
-        return WavePacket(self.epoch, self.seq, now_ns, self.period, *sums, *echo, flags)
+        turned = IDENTITY if np.size(wave) == AXES else ()
+        about = {"flags": flags, "orientation": turned}
+        return WavePacket(self.epoch, self.seq, now_ns, self.period, *sums, *echo, **about)

@@ -8,7 +8,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from support.haply_rig import vendor_setup
+from support.vendor_setup import vendor_setup
 
 from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.transparency.answer import sentences

@@ -4,20 +4,14 @@
 
 import dataclasses
 import json
-from typing import Any, NamedTuple
 
-import numpy as np
 import pytest
 from support.lab import example_of, offer
 from support.plain import load
 
-from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.models.any_delay import any_delay
-from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.law.server.contacts import couple
-from pmwvc_core.law.server.coupling import Implicit, OneStepDelay
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
@@ -74,28 +68,6 @@ def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
     assert "proposed: simulated for 2 s with the scenario's hands: stable" in result.stdout
 
 
-FAILED = slice(20, 30)  # steps
-
-
-STEPS = []
-
-
-class Torn(NamedTuple):
-    """A law of the library that fails in ten steps."""
-
-    law: Any
-
-
-@couple.member(Torn)
-def torn(p, avatars, body, law):
-    """Step, then fail."""
-    STEPS.append(1)
-    found = couple(p.law, avatars, body, law)
-    if FAILED.start < len(STEPS) <= FAILED.stop:
-        raise ZeroDivisionError("no mass")
-    return found
-
-
 def unmade(old_s, new_s):
     """Fail."""
     raise KeyError("table")
@@ -109,12 +81,6 @@ def lab(monkeypatch):
         "exact": dataclasses.replace(own, name="exact"),
         "doubtful": dataclasses.replace(own, name="doubtful", passive=lambda params: False),
         "alone": dataclasses.replace(own, name="alone", linear=None),
-        "torn": dataclasses.replace(own, name="torn", law=lambda old_s, new_s: Torn(Implicit(0))),
-        "torn_late": dataclasses.replace(
-            COUPLINGS.library["one_step_delay"],
-            name="torn_late",
-            law=lambda old_s, new_s: Torn(OneStepDelay(old_s, new_s)),
-        ),
         "unmade": dataclasses.replace(own, name="unmade", law=unmade),
         "stone": object(),
     }
@@ -132,30 +98,6 @@ def scenario(coupling):
 def test_a_coupling_runs_as_its_record_makes_it(lab):
     ours, theirs = (simulate_one(scenario(name)) for name in ("implicit", "exact"))
     assert (ours.server.f_s[0] == theirs.server.f_s[0]).all()
-
-
-@pytest.mark.parametrize(("name", "own"), [("torn", "implicit"), ("torn_late", "one_step_delay")])
-def test_a_step_that_fails_is_a_matched_damper_is_counted_and_named(lab, name, own):
-    """The control is the same coupling whole: until the first fault they are the same bits."""
-    STEPS.clear()
-    known, whole = (
-        load("carry_16ms", settings_texts=[f"server.coupling={each}", "duration_s=4"])
-        for each in (name, own)
-    )
-    traces, control = simulate_one(known), simulate_one(whole)
-    server = traces.server
-    for user, b in enumerate(one.server_impedance for one in known.users):
-        assert np.all(server.v_s[user][FAILED] == pytest.approx(0.0, abs=1e-12))
-        assert server.f_s[user][FAILED] == pytest.approx((b / 2) ** 0.5 * server.u_s[user][FAILED])
-        assert np.any(server.v_s[user][FAILED.stop :] != 0.0)
-        before = slice(0, FAILED.start)
-        assert (server.f_s[user][before] == control.server.f_s[user][before]).all()
-    fault = f"server.coupling = '{name}' raised ZeroDivisionError: no mass"
-    assert traces.metadata["coupling"] == {"contained_steps": "10", "last_fault": fault}
-    text = f"a damper replaced the coupling in 10 steps: {fault}"
-    assert any(each["what"] == text for each in complete(traces, known))
-    assert inconsistencies(traces, known) == []
-    assert "coupling" not in control.metadata
 
 
 def test_what_is_proved_rests_on_what_the_record_gives(lab):

@@ -109,9 +109,13 @@ def test_the_command_lists_and_refuses_what_cannot_be_checked(tmp_path):
         (("check",), "which device? pmwvc devices lists them"),
         (("check", "stick"), "stick: position (5) m from the middle, at most 1 m can be: are"),
         (("check", "stick", "--force", "2"), "--force 2: must be 0..1 N"),
-        (("check", "stick", "--set", "dof=2"), "has 1 axes where dof = 2 is asked for"),
+        (("check", "stick", "--set", "dof=2"), "has 1 axes; set dof = 2 to 1 or less"),
         (("check", "glove"), "device.plugin = 'glove': not installed; there are: "),
-        (("check", "haply", "--set", "haply.axis=y"), "did you mean haply.axes?"),
+        (("check", "haply", "--set", "haply.modell=y"), "did you mean haply.model?"),
+        (
+            ("check", "simulated"),
+            "'simulated': its hand moves in sessions only; check a device",
+        ),
     ):
         refused = call("devices", *words, cwd=tmp_path, PYTHONPATH=path)
         assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr

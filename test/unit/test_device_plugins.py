@@ -27,6 +27,7 @@ from pmwvc_master.devices import (
     limits_of,
     warnings_of_device,
 )
+from pmwvc_master.devices.mapped import make_device
 from pmwvc_master.settings import declare_settings
 
 
@@ -37,6 +38,7 @@ def setup(**changes):
         "side": -1,
         "half_width_m": 0.03,
         "start_m": -0.03,
+        "lever_m": 0.05,
         "seed": 1,
         "device": DeviceParams(),
         "operator": OperatorParams(kind="constant", force=1.0),
@@ -83,7 +85,7 @@ def lab(monkeypatch):
         ("broken", {}, r"lab_devices:broken\) cannot be made: OSError: no device on /dev/stick0"),
         ("stone", {}, r"is not a device: it lacks open, read, write, couple, stop, close, info"),
         ("picky", {}, r"^device.mass = 1.0: a stick weighs less$"),
-        ("stick", {"dof": 2}, "has 1 axes where dof = 2"),
+        ("stick", {"dof": 2}, "has 1 axes; set dof = 2 to 1 or less"),
         ("ros_topic", {}, "needs a ROS node"),
         ("ros_topic", {"dof": 4, "node": object()}, "dof = 4: must be 1 to 3, or 6"),
     ],
@@ -91,7 +93,7 @@ def lab(monkeypatch):
 def test_a_device_that_cannot_be_used_is_named_with_the_reason(lab, name, changes, text):
     kind = ParameterError if name == "picky" else DeviceError
     with pytest.raises(kind, match=text):
-        plugins.make_device(name, setup(**changes))
+        make_device(name, setup(**changes))
 
 
 def test_the_device_of_the_documentation_works(lab):
@@ -100,7 +102,7 @@ def test_the_device_of_the_documentation_works(lab):
     names = vars(sys.modules["lab_devices"])
     exec(compile(source, "docs/devices.md", "exec"), names)
     names["stick"] = names["Stick"]
-    device = plugins.make_device("stick", setup())
+    device = make_device("stick", setup())
     device.open()
     device.write(-1.0)
     for _ in range(1000):
@@ -145,13 +147,13 @@ class Rig:
         self.packer = Packer(2, period=settings.server.period_s)
         self.tick = 0
 
-    def force(self, x=0.0, xd=0.0, *, ticks=1):
+    def force(self, x=0.0, xd=0.0, *, ticks=1, outside=False):
         forces = []
         for _ in range(ticks):
             now_ns, packets = self.tick * 1_000_000, []
             if self.tick % 8 == 0:
                 packets = [self.packer.pack(-5.0 / math.sqrt(50.0), 0.0, now_ns)]
-            sample = DeviceSample(x=x, xd=xd)
+            sample = DeviceSample(x=x, xd=xd, outside=outside)
             forces.append(self.loop.tick(self.tick, now_ns, sample, packets)[0])
             self.tick += 1
         return forces
@@ -165,15 +167,17 @@ def test_a_device_that_declares_half_a_newton_is_never_driven_with_more():
 
 
 def test_beyond_the_workspace_a_force_only_brakes():
-    rig = Rig(info(workspace_m=0.1))
+    """Wherever its avatar is."""
+    rig, beyond = Rig(info(workspace_m=0.1)), {"x": 0.103, "outside": True}
     assert rig.force(x=0.1, ticks=1000)[-1] == pytest.approx(5.0, rel=0.01)
-    pushed = rig.force(x=0.103, ticks=50)
+    assert rig.force(x=0.103, ticks=50)[-1] == pytest.approx(5.0, rel=0.01)
+    pushed = rig.force(**beyond, ticks=50)
     assert pushed[-1] == 0.0
     assert max(abs(a - b) for a, b in itertools.pairwise(pushed)) < 2.1
     assert rig.loop.state == SafetyState.DAMPING
     assert rig.loop.reason == "beyond the device's workspace: damping only"
-    assert rig.force(x=0.103, xd=0.2, ticks=30)[-1] > 0.0  # against the motion
-    assert rig.force(x=0.103, xd=-0.2, ticks=30)[-1] <= 0.0
+    assert rig.force(**beyond, xd=0.2, ticks=30)[-1] > 0.0  # against the motion
+    assert rig.force(**beyond, xd=-0.2, ticks=30)[-1] <= 0.0
     back = rig.force(x=0.09, ticks=600)
     assert max(back[:20]) < 0.3 and back[-1] == pytest.approx(5.0, rel=0.01)
 

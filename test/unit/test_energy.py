@@ -271,7 +271,9 @@ def test_behind_an_encoder_the_hand_is_judged_by_its_true_motion():
 
 def test_a_real_encoder_leaves_the_work_open_and_nothing_is_claimed():
     traces, known = carried()
-    real = [replace(user, device=replace(user.device, plugin="real")) for user in known.users]
+    real = [
+        replace(user, given_device=replace(user.device, plugin="real")) for user in known.users
+    ]
     scenario = replace(known, users=tuple(real))
     for user in traces.users:  # its master knows no more than the encoder
         moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])

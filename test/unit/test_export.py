@@ -39,6 +39,7 @@ def test_every_signal_of_the_traces_has_a_column():
     kept_otherwise = {  # blocks, accounts, energies, counts, poses, scene and contacts
         "block_time_s", "state", "reason", "energy", "missed", "safety_events", "accounts",
         "block_number", "epoch", "changes", "grid", "poses", "scene", "contacts", "contained",
+        "orientation",
     }  # fmt: skip
     owners |= kept_otherwise
     for kind in (UserTraces, ServerTraces, PacketTraces, FateTraces):

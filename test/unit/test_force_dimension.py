@@ -10,15 +10,20 @@ import pytest
 from rclpy.parameter import Parameter
 from support.fake_library import FakeLibrary, compiled, needs_compiler
 from support.processes import ros
-from support.vendor_setup import vendor_setup
+from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_master.devices.force_dimension import ForceDimensionDevice, ForceDimensionParams
 
 
-def made(dof=1, **params):
-    return ForceDimensionDevice(
-        vendor_setup("force_dimension", dof), ForceDimensionParams(**params)
+def made(dof=1, *, axes="", clutch=0, **params):
+    return whole(
+        ForceDimensionDevice,
+        ForceDimensionParams(**params),
+        "force_dimension",
+        dof,
+        axes=axes,
+        clutch=clutch,
     )
 
 
@@ -41,6 +46,16 @@ def test_one_axis_is_the_devices_y_with_the_sign_of_the_world(fake):
     assert turned.read(0).x == -0.03
     turned.write(1.5)
     assert list(fake.vector("force")) == [0.0, 0.0, 1.5]
+
+
+@needs_compiler
+def test_a_button_uncouples_the_hand(fake):
+    device = fake.opened(clutch=3)
+    for mask, uncoupled in ((0b11, False), (0b100, True)):
+        fake["buttons"] = mask
+        device.read(0)
+        device.write(0.0)
+        assert device.uncoupled is uncoupled
 
 
 @needs_compiler
@@ -142,7 +157,7 @@ def test_another_device_than_the_one_asked_for_is_refused_and_one_that_has_a_mas
 @needs_compiler
 def test_millimetres_on_any_axis_are_refused_when_opened(fake):
     fake.vector("position")[2] = 30.0
-    with pytest.raises(DeviceError, match=r"force_dimension: position \(.*30\) m .*these mm"):
+    with pytest.raises(DeviceError, match=r"omega\.3: position \(.*30\) m .*these mm"):
         fake.opened()
     assert not fake["open"]
 

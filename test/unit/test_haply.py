@@ -14,6 +14,7 @@ from support.haply_rig import exchanged, let_wait, opened
 from support.inverse_service import InverseService
 from support.loop_rig import TICK_NS
 
+from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS
 from pmwvc_master.devices import haply, inverse_link
 from pmwvc_master.devices.haply import CALL_NS
@@ -79,7 +80,7 @@ def test_of_answers_that_wait_the_newest_counts_with_its_age(waiting):
     with InverseService() as service, opened(service) as device:
         service.hold()
         for tick in range(1, 5):
-            device._due_ns = tick * TICK_NS
+            device.driver._due_ns = tick * TICK_NS
             service.position[0] = 0.01 * tick
             device.write(0.0)
             service.force()
@@ -97,7 +98,7 @@ def test_a_read_takes_all_that_waits_in_however_small_pieces(waiting, monkeypatc
     with InverseService() as service, opened(service) as device:
         service.hold()
         for tick in range(1, 4):
-            device._due_ns = tick * TICK_NS
+            device.driver._due_ns = tick * TICK_NS
             device.write(0.0)
             service.force()
         service.release()
@@ -156,6 +157,23 @@ def test_a_state_that_cannot_be_is_invalid_and_moves_nothing(waiting, wrong):
         assert not exchanged(service, device, 0.0, 3)[1].valid
         service.status = {}
         assert exchanged(service, device, 0.0, 4)[1].valid
+
+
+def test_a_button_of_the_grip_uncouples_the_hand(waiting):
+    with InverseService() as service, opened(service, clutch=2) as device:
+        exchanged(service, device, 0.0)
+        buttons = {"a": True, "b": False, "c": True}
+        service.grips = [{"device_id": "9", "state": {"buttons": buttons}}]
+        exchanged(service, device, 0.0, 2)
+        device.write(0.0)
+        assert not device.uncoupled
+        buttons["b"] = True
+        exchanged(service, device, 0.0, 3)
+        device.write(0.0)
+        assert device.uncoupled
+    refused_clutch = r"clutch = 4: inverse3 has 3 buttons; call ~/clutch instead"
+    with pytest.raises(DeviceError, match=refused_clutch), opened(service, clutch=4):
+        pass
 
 
 def test_stop_sends_zero_force(waiting):

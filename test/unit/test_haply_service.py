@@ -13,12 +13,13 @@ from support.haply_rig import exchanged, let_wait, opened
 from support.inverse_service import InverseService
 from support.loop_rig import TICK_NS, TICKS, Rig
 from support.processes import ros
-from support.vendor_setup import vendor_setup
+from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_master.devices import haply
 from pmwvc_master.devices.haply import CALL_NS, HaplyDevice, HaplyParams
+from pmwvc_master.devices.mapped import make_device
 
 
 @pytest.fixture
@@ -126,7 +127,7 @@ def serving(answer, port):
 
 
 def refused(service, match, **params):
-    device = HaplyDevice(vendor_setup("haply"), HaplyParams(service=service.url, **params))
+    device = whole(HaplyDevice, HaplyParams(service=service.url, **params), "haply")
     with pytest.raises(DeviceError, match=match):
         device.open()
     device.close()
@@ -158,10 +159,7 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy():
     with pytest.raises(DeviceError, match=r"haply\.service = 'localhost'"):
         HaplyDevice(vendor_setup("haply"), HaplyParams(service="localhost"))
     with pytest.raises(DeviceError, match="has 3 axes; set dof = 4 to 3 or less"):
-        HaplyDevice(vendor_setup("haply", 4), HaplyParams())
-    for axes in ("x x z", "x y", "xyz", "x y z w"):
-        with pytest.raises(DeviceError, match=r"haply\.axes = .*x, y and z once"):
-            HaplyDevice(vendor_setup("haply"), HaplyParams(axes=axes))
+        make_device("haply", vendor_setup("haply", 4))
 
 
 def node_of(service, **given):
@@ -174,11 +172,11 @@ def node_of(service, **given):
 
 
 def test_parameters_are_the_nodes_and_the_services_settings_are_told(monkeypatch):
-    with InverseService() as service, node_of(service, axes="z x y") as peer:
+    with InverseService() as service, node_of(service, device_id="049D") as peer:
         said = []
         monkeypatch.setattr(HaplyDevice, "_tell", lambda _, text: said.append(text))
         device = HaplyDevice(vendor_setup("haply", node=peer.node))
-        assert device._params == HaplyParams(service=service.url, axes="z x y")
+        assert device._params == HaplyParams(service=service.url, device_id="049D")
         device.open()
         device.close()
         text = " ".join(said)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.vendor_setup import vendor_setup
+from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS
@@ -129,7 +129,7 @@ def lab(monkeypatch, tmp_path):
     with contextlib.ExitStack() as ends:
 
         def opened(dof=2, **params):
-            device = LerobotDevice(vendor_setup("lerobot", dof), LerobotParams(**usual | params))
+            device = whole(LerobotDevice, LerobotParams(**usual | params), "lerobot", dof)
             ends.callback(device.close)
             device.open()
             return device

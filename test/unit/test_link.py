@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The link, integers in and out, and its effects one by one: line, slots, reordering, tables."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -246,35 +244,3 @@ def test_sending_and_receiving_times_give_delays_and_losses(tmp_path):
     assert kinds == [False, True, False, True, False]
     assert [f.time_due_ns - f.time_in_ns for f in fates[::2]] == [25 * MS, 30 * MS, 28 * MS]
     assert load_delay_trace(str(path), 1.0).lost_ratio == pytest.approx(0.4)
-
-
-def trip(number, sent_ns, send=0, receive=0, lost="false"):
-    delay = {"send": send, "receive": receive, "rtt": send + receive} if lost == "false" else {}
-    if lost == "true_down":
-        delay = {"send": send}
-    sent = {"wall": 10**18 + sent_ns, "monotonic": sent_ns}
-    return {
-        "seqno": number,
-        "lost": lost,
-        "timestamps": {"client": {"send": sent, "receive": {}}, "server": {}},
-        "delay": delay,
-    }
-
-
-def test_round_trips_of_irtt_are_read_by_direction(tmp_path):
-    trips = [
-        trip(0, 0, 9 * MS, 5 * MS),
-        trip(1, 20 * MS, 7 * MS, lost="true_down"),
-        trip(2, 40 * MS, lost="true_up"),
-        trip(3, 60 * MS, 8 * MS, 6 * MS),
-    ]
-    path = tmp_path / "irtt.json"
-    path.write_text(json.dumps({"version": {}, "round_trips": trips}))
-    found = {
-        column: load_delay_trace(str(path), 1.0, column).delay_ns
-        for column in ("send", "receive", "rtt")
-    }
-    assert found["send"] == (9 * MS, 7 * MS, -1, 8 * MS)
-    assert found["receive"] == (5 * MS, -1, -1, 6 * MS)
-    assert load_delay_trace(str(path), 0.5).delay_ns == (7 * MS, -1, -1, 7 * MS)
-    assert load_delay_trace(str(path), 1.0).time_ns == (0, 20 * MS, 40 * MS, 60 * MS)

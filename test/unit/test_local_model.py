@@ -8,10 +8,10 @@ from support.law_rigs import Port
 from support.port_parts import TICK_S, master
 
 from pmwvc_core.law.port.filter_bank import (
+    LocalModel,
     local_answer,
     local_offer,
     local_stored_j,
-    resting_local,
 )
 
 
@@ -21,7 +21,7 @@ class LocalPort:
     def __init__(self, params):
         p = Port(params).p.port.filters
         self.p, self.b = p.far.local, p.impedance
-        self.s = resting_local(1)
+        self.s = LocalModel((0.0,), (0.0,), 0.0, True, 0.0)
 
     def offer(self, x=0.0):
         self.s, v0, (gain,) = local_offer(self.s, (x,), self.p, self.b)

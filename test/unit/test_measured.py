@@ -76,7 +76,7 @@ def test_a_quantity_that_cannot_be_measured_is_reported():
         measure(user, scenario.users[0])
     sine = dataclasses.replace(scenario.users[0].operator, kind="sinusoid")
     with pytest.raises(PmwvcError, match="one frequency alone"):
-        measure(user, dataclasses.replace(scenario.users[0], operator=sine))
+        measure(user, dataclasses.replace(scenario.users[0], given_operator=sine))
     user.tick[900:] += 3
     with pytest.raises(PmwvcError, match="ticks are missing"):
         measure(user, scenario.users[0])
@@ -94,7 +94,7 @@ def test_a_hand_that_answers_to_the_motion_is_refused(kind):
     scenario, user = recorded(CHIRP | {"duration_s": 1.0})
     operator = dataclasses.replace(scenario.users[0].operator, kind=kind)
     with pytest.raises(PmwvcError, match=r"reacts to the motion .* closed loop"):
-        measure(user, dataclasses.replace(scenario.users[0], operator=operator))
+        measure(user, dataclasses.replace(scenario.users[0], given_operator=operator))
 
 
 def test_the_ratio_in_a_session_with_two_hands_is_not_the_admittance():
@@ -102,7 +102,7 @@ def test_the_ratio_in_a_session_with_two_hands_is_not_the_admittance():
     scenario = scenarios.load("carry_16ms", settings_texts=["server.contact=bilateral"])
     user = simulate_one(scenario).users[0]
     taken = dataclasses.replace(scenario.users[0].operator, kind="playback_force")
-    found = measure(user, dataclasses.replace(scenario.users[0], operator=taken))
+    found = measure(user, dataclasses.replace(scenario.users[0], given_operator=taken))
     forces = pressing(scenario, 0)
     exact = frequency.response(linearize.build(scenario), found.frequency_hz, forces=forces)
     assert np.median(np.abs(found.admittance - exact) / np.abs(exact)) > 0.3
@@ -129,6 +129,6 @@ def test_of_two_users_one_pushes_alone():
     wrong = np.abs(found.admittance - pressed)[trusted] / np.abs(pressed)[trusted]
     assert np.max(wrong) > 5.0
     other = dataclasses.replace(scenario.users[1].operator, kind="hand")
-    held = (scenario.users[0], dataclasses.replace(scenario.users[1], operator=other))
+    held = (scenario.users[0], dataclasses.replace(scenario.users[1], given_operator=other))
     with pytest.raises(PmwvcError, match=r"user2: its hand acts as well"):
         require_alone(dataclasses.replace(scenario, users=held), 0)

@@ -31,6 +31,7 @@ def test_the_size_is_that_of_the_serialized_message(dof, extra):
         integral=values,
         energy=0.0,
         position=values,
+        orientation=np.ones(4 if dof == 6 else 0),
         extra=np.ones(extra),
         echo_seq=0,
         echo_sent_ns=0,

@@ -19,6 +19,7 @@ from pmwvc_core.scenario.scenario import PARAMETERS
 BASE = {"name": "one", "duration_s": 5.0, "controller": "pmwvc", "channel": "strict", "users": 1}
 OF_LINK = {"jitter_quantiles": "0:0.001 1:0.02", "schedule": "5 outage; 6 base", "effects": ""}
 TEXTS = {  # of parameters that have a form
+    "device.axes": "y -x z",
     "changes": "2 server.object_mass=1",
     "disturbances": "6 kill server; 7 start user1",
     "server.environment": "wall",

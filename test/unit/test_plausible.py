@@ -11,7 +11,7 @@ from support.loop_rig import TICK_NS
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import DeviceSample
 from pmwvc_master.devices import DeviceInfo
-from pmwvc_master.devices.plausible import Plausible, Slope, beyond
+from pmwvc_master.devices.plausible import Plausible, Slope
 
 
 class Moved:
@@ -144,8 +144,34 @@ def test_what_is_the_devices_own_is_not_changed():
     assert (device.sample.valid, device.sample.xd) == (True, 3.0)
 
 
-def test_beyond_three_workspaces_or_a_metre_no_hand_can_be():
-    assert beyond([0.29, -0.3, 0.0], 0.1) == "" and beyond([0.9], None) == ""
-    assert "position (0, 0.31) m from the middle, at most 0.3 m" in beyond([0.0, 0.31], 0.1)
-    assert "at most 1 m" in beyond([-1.1], None)
-    assert beyond([math.nan], 0.1) == "" and beyond([math.inf], 0.1)
+@pytest.mark.parametrize(
+    ("x", "workspace_m", "limit"),
+    [
+        ([0.29, -0.3, 0.0], 0.1, ""),
+        ([0.0, 0.31, 0.0], 0.1, "position (0, 0.31, 0) m from the middle, at most 0.3 m can be"),
+        ([0.99, 0.0, 0.0], None, ""),
+        ([0.0, 0.0, -1.1], None, "at most 1 m can be: are these mm?"),
+        ([math.nan, 0.0, 0.0], 0.1, ""),
+        ([math.inf, 0.0, 0.0], 0.1, "at most 0.3 m"),
+    ],
+)
+def test_beyond_three_workspaces_or_a_metre_no_hand_can_be(x, workspace_m, limit):
+    device, told = Moved(dof=3), []
+    device.info = DeviceInfo("moved", 3, workspace_m=workspace_m)
+    device.read = lambda _: DeviceSample(x=np.array(x), xd=np.zeros(3))
+    sample = Plausible(device, told.append).read(0)
+    assert (sample.valid, len(told)) == ((False, 1) if limit else (True, 0))
+    assert all(limit in text for text in told)
+
+
+@pytest.mark.parametrize("dof", [1, 3, 6])
+def test_a_sample_beyond_the_workspace_and_one_percent_says_so(dof):
+    """Along the first three axes: a turn knows no workspace."""
+    device = Moved(dof=dof)
+    for x, outside in ((0.1009, False), (0.1011, True), (-0.1011, True)):
+        device.read = lambda _, x=x: DeviceSample(x=x * np.eye(dof)[0] if dof > 1 else x)
+        assert Plausible(device, print).read(0).outside is outside
+    if dof == 6:
+        device.read = lambda _: DeviceSample(x=0.5 * np.eye(6)[4])
+        sample = Plausible(device, print).read(0)
+        assert (sample.outside, sample.valid) == (False, True)

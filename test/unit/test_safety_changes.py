@@ -33,9 +33,9 @@ def test_a_limit_becomes_stricter_and_never_wider(name):
         check_change(stricter, NOW)
 
 
-def test_every_limit_can_only_be_lowered_but_the_soft_start_which_stays():
+def test_every_limit_can_only_be_lowered_but_soft_start_and_torque_which_stay():
     fixed = {name for name, spec in specs(SafetyParams).items() if spec.read_only}
-    assert fixed == {"soft_start_s"}
+    assert fixed == {"soft_start_s", "max_torque"}
     assert {*STRICTER, *fixed} == set(specs(SafetyParams))
 
 

@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 from support.fake_library import FakeLibrary, compiled, needs_compiler
-from support.vendor_setup import vendor_setup
+from support.vendor_setup import whole
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS
@@ -19,8 +19,8 @@ pytestmark = needs_compiler
 PATIENCE_S = 30.0
 
 
-def made(dof=1, **params):
-    return TouchDevice(vendor_setup("touch", dof), TouchParams(**params))
+def made(dof=1, *, axes="", clutch=0, **params):
+    return whole(TouchDevice, TouchParams(**params), "touch", dof, axes=axes, clutch=clutch)
 
 
 @pytest.fixture
@@ -59,6 +59,15 @@ def test_one_axis_is_the_devices_x_in_metres(fake):
     age_ns = time.monotonic_ns() - sample.measured_ns
     assert 0 <= age_ns < 10 * STALE_NS
     pushed(device, 1.5, lambda: list(fake.vector("force")) == [-1.5, 0.0, 0.0])
+
+
+def test_a_button_uncouples_the_hand(fake):
+    device = fake.opened(clutch=2)
+    for mask, uncoupled in ((1, False), (2, True)):
+        fake["buttons"] = mask
+        newest(fake, device)
+        device.write(0.0)
+        assert device.uncoupled is uncoupled
 
 
 def test_three_axes_are_right_forwards_and_up_for_motion_and_force(fake):

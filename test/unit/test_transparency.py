@@ -109,6 +109,6 @@ def test_an_ideal_that_is_not_stable_is_left_out_and_reported():
 def test_nonlinear_devices_are_refused_with_the_way_out():
     scenario = wall()
     rubs = dataclasses.replace(scenario.users[0].device, friction=0.1)
-    users = (dataclasses.replace(scenario.users[0], device=rubs),)
+    users = (dataclasses.replace(scenario.users[0], given_device=rubs),)
     with pytest.raises(PmwvcError, match="friction"):
         transparency(dataclasses.replace(scenario, users=users))

@@ -47,7 +47,7 @@ def simulated_z_width(
     duration_s, decay_ratio = (LONG_S, CLEAR_RATIO) if far else (LINEAR_S, DECAY_RATIO)
     users = tuple(
         dataclasses.replace(
-            user, operator=OperatorParams(kind="constant", force=-user.side * PUSH_N)
+            user, given_operator=OperatorParams(kind="constant", force=-user.side * PUSH_N)
         )
         for user in scenario.users
     )

@@ -20,7 +20,7 @@ has no stiffness at rest, nor has a user who is alone with an object.
 
 from dataclasses import asdict, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -52,7 +52,7 @@ RISE_S, HOLD_S = 1.0, 4.0
 AT_REST, BACK = 0.02, 0.05  # of the step: motion in the last second, distance on return
 HELD_KG, HELD_N_S_M = 1e3, 1e3  # of an object that stays where forces balance
 START_S = 1.0  # until the force of the device is fully there
-FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
+FAR: Any = {"workspace_m": 10.0}  # of the probing sessions: nothing stops the device
 UNKNOWN = "nothing is known"
 RESTLESS = "stiffness unknown (the device settles in no press, or not at the same place)"
 INCOHERENT = "mass and damping unknown (motion does not cohere, or half a second late)"
@@ -174,7 +174,7 @@ def measured_transparency(scenario: Scenario, user: int, error: PmwvcError) -> T
 
 def _roomy(scenario: Scenario) -> Scenario:
     """Return the scenario with devices that no stop holds; nothing changes or is disturbed."""
-    users = tuple(replace(u, device=replace(u.device, workspace_m=FAR_M)) for u in scenario.users)
+    users = tuple(replace(u, given_device=replace(u.given_device, **FAR)) for u in scenario.users)
     of = replace(scenario, users=users, changes="", disturbances="")
     return replace(of, task=replace(of.task, kind="free"))
 

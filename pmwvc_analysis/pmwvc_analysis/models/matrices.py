@@ -26,7 +26,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 
 USUAL = User("")
 SERVER = ServerParams()
-OF_BOTH = ("name", "side", "master", "baseline", "own", "safety")  # of a user
+OF_BOTH = ("name", "side", "master", "baseline", "own", "given_safety")  # of a user
 
 
 def matrices(
@@ -47,7 +47,7 @@ def matrices(
     for i, each in enumerate(patterns):
         fed = any(run.users[i].master.position.is_on for run in runs)
         alone = each._replace(up=each.up._replace(delay=0))
-        of_user = _decisive(runs, slice(i, i + 1), "device")
+        of_user = _decisive(runs, slice(i, i + 1), "given_device")
         found.append(_end(PerturbedUser, of_user, outputs, ticks, dof, alone, fed))
     of_server = _decisive(runs, slice(None), "contact")
     return [*found, _end(PerturbedServer, of_server, False, ticks, dof, patterns)]

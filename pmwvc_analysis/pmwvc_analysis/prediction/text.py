@@ -29,7 +29,7 @@ from pmwvc_analysis.prediction.rendering import press_lines, rendering_lines
 from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
 from pmwvc_core.controllers.record import loop_of
 from pmwvc_core.master.count_bound import count_bound
-from pmwvc_core.network.effects import unbounded
+from pmwvc_core.network.effects import active
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -88,7 +88,8 @@ def _delay_lines(known: prediction.StabilityAnswer) -> list[str]:
 
 def unknown_delay(user: User) -> str:
     """Return why the tuning rules do not know a user's round trip."""
-    effects = dict.fromkeys([*unbounded(user.link_up), *unbounded(user.link_down)])
+    both = [(record, link) for link in (user.link_up, user.link_down) for record in active(link)]
+    effects = dict.fromkeys(each.name for each, link in both if each.spread_s(link) is None)
     return f"the longest delay by {', '.join(effects) or 'the links'} is not known"
 
 

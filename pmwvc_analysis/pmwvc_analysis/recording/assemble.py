@@ -81,6 +81,7 @@ def user_traces(
         missed=_total(blocks, "missed"), safety_events=_total(blocks, "safety_events"),
         epoch=column(blocks, "epoch", np.uint64),
         changes=_joined(blocks, "changes"), looked_ns=_joined(blocks, "looked"),
+        orientation=_orientations(blocks),
         grid=round(int(blocks[0].start_ns) / (period * 1e9)) - int(blocks[0].first_tick),
         **{
             trace: _joined(blocks, field, float).reshape(-1, dof)
@@ -104,6 +105,13 @@ def _accounts(messages: Sequence[Trace]) -> dict[str, Array]:
         for name, value in last.items():
             found[name][row] = value
     return found
+
+
+def _orientations(messages: Sequence[object]) -> Array:
+    """Return one a message; none where one does not say it, as in recordings of before."""
+    found = [getattr(message, "orientation", ()) for message in messages]
+    width = min(map(len, found), default=0)
+    return np.array([row[:width] for row in found], dtype=float).reshape(len(found), width)
 
 
 def _total(blocks: Sequence[MasterTrace], field: str) -> int:
@@ -185,4 +193,5 @@ def packet_traces(topic: str, rows: Sequence[Decoded], *, zero_ns: int) -> Packe
         wave=column(kept, "wave").reshape(-1, dof), energy=column(kept, "energy"),
         integral=column(kept, "integral").reshape(-1, dof),
         position=np.array(positions, dtype=float).reshape(-1, dof),
+        orientation=_orientations(kept),
     )  # fmt: skip

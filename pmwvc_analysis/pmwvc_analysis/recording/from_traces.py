@@ -133,6 +133,7 @@ def _master_blocks(
             safety_events=int(user.safety_events) if last else 0,
             energy={name: sums[block] for name, sums in user.energy.items()},
             accounts={name: sums[block] for name, sums in user.accounts.items()},
+            orientation=user.orientation[block] if len(user.orientation) else (),
         )  # fmt: skip
         yield _ns(user.block_time_s[block]), f"/{user.name}/trace", message
 
@@ -174,12 +175,12 @@ def _packets(
     flags = 0 if has_waves(scenario.controller) else FLAG_DIRECT
     numbers = (packets.epoch, packets.seq, packets.sent_ns, packets.period_s, packets.energy)
     columns = (each.tolist() for each in numbers)
-    signals = packets.wave, packets.integral, packets.position
-    for time_s, epoch, seq, sent_ns, period, energy, wave, integral, position in zip(
+    signals = packets.wave, packets.integral, packets.position, packets.orientation
+    for time_s, epoch, seq, sent_ns, period, energy, wave, integral, position, orientation in zip(
         packets.time_s, *columns, *signals, strict=True
     ):
         content = epoch, seq, sent_ns, period, wave, integral, energy, position
-        packet = WavePacket(*content, flags=flags)
+        packet = WavePacket(*content, flags=flags, orientation=orientation)
         message = build.wave(types, packet, start + packet.sent_ns)
         yield _ns(time_s), packets.topic, message
 

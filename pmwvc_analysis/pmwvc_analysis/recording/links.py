@@ -110,7 +110,9 @@ def topic_counts(
     for topic, messages in content.messages.items():
         missing = sum(missing for missing, _ in content.gaps(topic).values())
         if known := fates.get(relayed(topic) or ""):
-            missing = _not_recorded(packets.get(topic), known)
+            whole = came_out(known) & (known.cause != Cause.CORRUPTION)
+            here = packets.get(topic)
+            missing = len(_numbers(known, whole) - (_numbers(here) if here else set()))
         counts[topic] = {"messages": messages, "missing": missing}
     events: list[dict[str, Any]] = []
     for link, known in fates.items():
@@ -137,12 +139,6 @@ def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:
     absent = sorted(seq for epoch, seq in sent if seq <= last.get(epoch, 0))
     unknown = int(fates.number[-1]) - len(fates.number)
     return max(len(absent) - unknown, 0), absent[0] if absent else 0
-
-
-def _not_recorded(packets: PacketTraces | None, fates: FateTraces) -> int:
-    """Return how many packets a link delivered whole that the file does not hold."""
-    whole = came_out(fates) & (fates.cause != Cause.CORRUPTION)
-    return len(_numbers(fates, whole) - (_numbers(packets) if packets else set()))
 
 
 def _numbers(traces: PacketTraces | FateTraces, rows: Flags | None = None) -> set[tuple[int, int]]:

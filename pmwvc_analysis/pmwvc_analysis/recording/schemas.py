@@ -82,9 +82,3 @@ def store_of(*types: tuple[str, str]) -> "Typestore":
     for schema, type_name in types:
         store.register(get_types_from_msg(schema, type_name))
     return store
-
-
-def hash_of(schema: str, type_name: str) -> str:
-    """Return the REP-2016 hash (``RIHS01_...``) of a type given by its whole schema text."""
-    text: str = store_of((schema, type_name)).hash_rihs01(type_name)
-    return text

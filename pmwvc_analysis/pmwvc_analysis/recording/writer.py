@@ -77,7 +77,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
         if (name := topic.type_name) not in self._types:
             text = schemas.schema_text(name)
             number = self._writer.register_schema(name, "ros2msg", text.encode())
-            self._types[name] = number, schemas.hash_of(text, name)
+            self._types[name] = number, schemas.store_of((text, name)).hash_rihs01(name)
         qos, (schema_id, type_hash) = topics.dump(topic.qos), self._types[name]
         metadata = {"offered_qos_profiles": qos.strip(), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)

@@ -86,7 +86,9 @@ def prescription(
     for number, (user, trace) in enumerate(zip(replayed.users, users, strict=True)):
         name, ran = user.name, ran_ns[user.name]
         first[name] = times.counts_from(trace, traces, stages, number)
-        hands[name] = hand or _usual_hand(user, trace)
+        plays = user.device.is_simulated and user.operator.kind != "none"
+        known = not plays and np.isfinite(trace.f_h).any()
+        hands[name] = hand or ("force" if known else "operator")
         if hands[name] == "force":
             made[name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
         elif user.operator.is_remote and not traces.simulated:
@@ -115,12 +117,6 @@ def _matching_users(
             other = "pmwvc simulate FOLDER/scenario.yaml takes any"
             raise RecordingError(f"{name} = {new}: a replay keeps the recorded {old}; {other}")
     return [known[user.name] for user in recorded.users]
-
-
-def _usual_hand(user: User, trace: UserTraces) -> Hand:
-    if user.device.is_simulated and user.operator.kind != "none":
-        return "operator"
-    return "force" if np.isfinite(trace.f_h).any() else "operator"
 
 
 def _with_changes(

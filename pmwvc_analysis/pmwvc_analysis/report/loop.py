@@ -71,7 +71,7 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
         if master.filter.kind == "first_order":
             words += f", {_number(float(pole_of(master.filter)))} rad/s"
         sender = ("filter, rate drop", [words, rate])
-    limits = f"limits: {_number(user.safety.max_force)} N"
+    limits = f"limits: {_number(user.given_safety.max_force)} N"
     stiffness = f"K = {_number(contact.contact_stiffness)} N/m"
     touches = [stiffness, f"B = {_number(contact.contact_damping)} N s/m"]
     object_mass = [f"{_number(server.object_mass)} kg"] if scenario.environment.movable else []

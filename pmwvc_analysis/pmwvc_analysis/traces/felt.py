@@ -125,7 +125,7 @@ def stops_s(user: UserTraces, scenario: Scenario | None) -> Array:
     if known is None:
         return np.zeros(0)
     stop_m = known.device.workspace_m - 0.5 * known.device.encoder_step_m
-    return user.time_s[1:][np.diff(np.abs(user.x_m) >= stop_m, axis=0).any(axis=-1)]
+    return user.time_s[1:][np.diff(np.abs(user.x_m[:, :3]) >= stop_m, axis=0).any(axis=-1)]
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
@@ -247,4 +247,4 @@ def encoder_noise_m_s(user: User | None) -> float:
     """
     if user is None or not user.device.differences:
         return 0.0
-    return 2.0 * user.device.encoder_step_m / (user.master.tick_s * math.sqrt(6.0))
+    return 2.0 * float(user.device.encoder_step_m) / (user.master.tick_s * math.sqrt(6.0))

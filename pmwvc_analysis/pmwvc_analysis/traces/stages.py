@@ -20,7 +20,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 
 Table = TypeVar("Table", FateTraces, PacketTraces, ServerTraces, UserTraces)
-OF_BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes")  # of a master
+OF_BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes", "orientation")
 
 
 @dataclass(frozen=True)

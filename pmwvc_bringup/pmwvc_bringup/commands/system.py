@@ -119,7 +119,7 @@ def links(arguments: argparse.Namespace) -> cli.Result:
 @cli.command(
     cli.argument("action", "check: open one", nargs="?", choices=("check",), metavar="check"),
     cli.argument("name", "kind of device", nargs="?", metavar="NAME"), cli.JSON,
-    cli.SET.but("change a parameter of the master, as haply.axes; may be repeated"),
+    cli.SET.but("change a parameter of the master, as device.axes; may be repeated"),
     cli.argument("--force", "push the hand with so many N", type=float, default=0.0, metavar="N"),
 )  # fmt: skip
 def devices(arguments: argparse.Namespace) -> cli.Result:

@@ -61,13 +61,16 @@ def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:
     )  # fmt: skip
 
 
-def message(packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int]) -> WavePacket:
-    """Return a packet of the laws for the link, with its sender's life, flags and echo."""
+def message(
+    packet: Packet, epoch: int, flags: int, echo: tuple[int, int, int], orientation: Vector = ()
+) -> WavePacket:
+    """Return a packet of the laws for the link, with what its sender says of itself."""
     flags |= packet.waits * FLAG_WAITING | packet.anew * FLAG_ANEW | packet.leaves * FLAG_LEAVING
     return WavePacket(
         epoch, packet.number, packet.sent_ns, packet.period_s, value(packet.wave),
         value(packet.integral), packet.energy_j, value(packet.position), *echo,
         flags | packet.short * FLAG_SHORT | packet.level << LEVEL_BITS, packet.extra,
+        orientation,
     )  # fmt: skip
 
 

@@ -26,11 +26,13 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
 from pmwvc_core.server.black_box import Call, Outside, directly, shown_by
+from pmwvc_core.server.turned import Turned
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
 from pmwvc_core.wave.impedance import Impedance
 
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
+JUMPED = "a force that jumped while hardly anything moved"
 LEAST_M = 1e-3  # avatars less far from their device are not reported
 
 
@@ -74,8 +76,9 @@ class ServerEnd(PortEnd):
         self.p = self._made(self.params.period_s)
         self.s = resting_server(self._users, session, self.p, call)
         asked = getattr(self.s.environment.body, "environment", None)
+        self._turned = Turned((count, dof), self.params)
         if isinstance(asked, Outside):
-            self.faults = asked.faults
+            self.faults, self._turned = asked.faults, asked.turned
         inboxes = []
         for user in self._users:
             times_s = {"period_s": user.master.frame_s, "timeout_s": session.times.timeout_s}
@@ -89,7 +92,7 @@ class ServerEnd(PortEnd):
     def _made(self, period_s: float) -> Any:
         """Return the parameters for steps of that length [s]."""
         server = dataclasses.replace(self.params, period_s=period_s)
-        return server_params(self._users, self._session, server, self.faults)
+        return server_params(self._users, self._session, server)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on; users leave, and join anew afterwards."""
@@ -163,12 +166,16 @@ class ServerEnd(PortEnd):
             return nothing, None
         self._idle = False
         self.steps += 1
+        for user, inbox in enumerate(self.inboxes):
+            if inbox.newest is not None and inbox.orientation:
+                self._turned.devices[user] = inbox.newest.position, inbox.orientation
         unsettled = self.s.environment.unsettled
         self.s, answers = self._step(self.s, now_ns, taken, missed_s, self.p)
         if self.s.environment.unsettled > unsettled:
             # Not solved to rounding: the best solution was used.
             self.faults.note(BadAnswer("did not settle"))
-        self.faults.note_jumps(self.s.environment.body)
+        of_users = getattr(self.s.environment.body, "users", ())
+        self.faults.note_users((each.there and each.jumped for each in of_users), JUMPED)
         self._expect()
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
         return sent, self._row()
@@ -182,8 +189,7 @@ class ServerEnd(PortEnd):
             if not (guest.presence == ABSENT and inbox.challenges(now_ns)):
                 return None
             # A packet of nothing, which an answer has to echo.
-            rest = zero(port.x_s)
-            q = p.guests[user]
+            rest, q = zero(port.x_s), p.guests[user]
             sent = Sent(rest, rest, sum_j(port, q.arrivals.plays_on), port.extra, 0)
             _, waits = news(guest.arrivals, q.arrivals)
             about = now_ns, (False, waits), guest.anew, False, 0, 1
@@ -191,7 +197,8 @@ class ServerEnd(PortEnd):
             guests = list(self.s.guests)
             guests[user] = guest._replace(packing=packed)
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE
-        return message(packet, self._epochs[user], flags, inbox.echo(now_ns))
+        turned = tuple(self._turned.handles[user])
+        return message(packet, self._epochs[user], flags, inbox.echo(now_ns), turned)
 
     def _expect(self) -> None:
         for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):

@@ -19,7 +19,7 @@ from pmwvc_core.frame import AT_ONCE, DeviceSample, FrameReport, FrameSchedule, 
 from pmwvc_core.law.port.master import port_energies, port_signals
 from pmwvc_core.law.safety.limits import NONE
 from pmwvc_core.law.user_tick import NEVER_NS, Sample, begin, send, user_tick
-from pmwvc_core.law.vectors import Vector, zero
+from pmwvc_core.law.vectors import Vector, minus, scaled, zero
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Value
@@ -28,25 +28,27 @@ from pmwvc_core.plant.device import device_step, resting_device, simulated_param
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.scenario.scenario import User
+from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation, carried
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
+
+NOWHERE = -1.0  # [m] the reach where a device is beyond its workspace, wherever its avatar is
 
 
 class UserEnd(PortEnd):
     """One user's force loop.
 
     ``session`` has controller, channel, axes and server (a scenario, or what a node was given),
-    ``epoch`` is the number of this life of the sender, ``schedule`` the phases of a frame, and
-    ``workspace_m`` the half extent that the device declares [m]. ``inbox`` receives the returning
-    packets, ``ended`` has state and energies when the last frame ended.
+    ``epoch`` is the number of this life of the sender, ``schedule`` the phases of a frame.
+    ``inbox`` receives the returning packets, ``ended`` has state and energies when the last frame
+    ended.
     """
 
     def __init__(
-        self, user: User, session: Any, *, epoch: int, schedule: FrameSchedule = AT_ONCE,
-        workspace_m: float | None = None,
-    ) -> None:  # fmt: skip
+        self, user: User, session: Any, *, epoch: int, schedule: FrameSchedule = AT_ONCE
+    ) -> None:
         self._user, self._session, self._epoch, self._dof = user, session, epoch, session.dof
-        self._schedule, self._workspace_m = schedule, workspace_m
+        self._schedule = schedule
         self._accounts: list[str] = []
         self.s, self.p = self._made()
         times_s = {"period_s": session.server.period_s, "timeout_s": user.safety.timeout_s}
@@ -57,6 +59,8 @@ class UserEnd(PortEnd):
         )
         self.ended: FrameReport | None = None
         self._measured_ns = NEVER_NS
+        self._at = self.s.x  # of which the orientation is
+        self.orientation: Orientation = IDENTITY if self._dof == AXES else ()
 
     def _made(self) -> Any:
         """Return the loop as it would begin; name the port's energies, which only grow."""
@@ -65,7 +69,7 @@ class UserEnd(PortEnd):
         if len(kept) >= len(self._accounts):
             self._accounts = [entry.name for entry in kept]
         answer_tick = self._schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop)
-        return made_user(self._user, of, answer_tick=answer_tick, workspace_m=self._workspace_m)
+        return made_user(self._user, of, answer_tick=answer_tick)
 
     def configure(self, **groups: Any) -> None:
         """Take other parameters over, at a frame start: ``master``, ``safety``."""
@@ -105,9 +109,13 @@ class UserEnd(PortEnd):
             self.ended = self.report()
         taken = self.inbox.take(packets, now_ns) if packets else None
         sensed = self._known(sample, now_ns)
-        self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
+        p = self.p
+        if sample.outside:
+            p = p._replace(limits=p.limits._replace(reach=NOWHERE))
+        self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, p)
         if taken:
             self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
+        self._turn(self.s.x)
         u_m, u_m_lp, v_m = port_signals(self.s.port)
         applied, arrays = value(f), (value(u_m), value(u_m_lp), value(v_m))
         return applied, packet, (sample.x, sample.xd, sample.f_h, value(f_m), applied, *arrays)
@@ -124,9 +132,17 @@ class UserEnd(PortEnd):
         if sample.fresh:
             self._measured_ns = now_ns if sample.measured_ns is None else sample.measured_ns
         x, xd = sample.x, sample.xd
+        if sample.orientation and sample.valid:
+            self._at, self.orientation = vector(x, self._dof), sample.orientation
         if self._dof == 1 and type(x) is float and type(xd) is float:
             return Sample((x,), (xd,), sample.valid, self._measured_ns)
         return Sample(vector(x, self._dof), vector(xd, self._dof), sample.valid, self._measured_ns)
+
+    def _turn(self, x: Vector) -> None:
+        """Go on to a position; a device that knows its orientation is there already."""
+        if self.orientation and x != self._at:
+            turn = scaled(minus(x, self._at)[3:], 1.0 / self._session.server.lever_m)
+            self._at, self.orientation = x, carried(self.orientation, turn)
 
     def _sent(self, now_ns: int, sample: Sample, *, leaves: bool) -> WavePacket | None:
         echo, before = self.inbox.echo(now_ns), self.s.packing.events
@@ -134,7 +150,9 @@ class UserEnd(PortEnd):
         if not sends:
             return None
         limited = self.s.limits.events != before and not leaves
-        return message(packet, self._epoch, self.inbox.flags | limited * FLAG_LIMITED, echo)
+        self._turn(packet.position)
+        about = self.inbox.flags | limited * FLAG_LIMITED, echo, self.orientation
+        return message(packet, self._epoch, *about)
 
     @property
     def x(self) -> Value:
@@ -149,15 +167,15 @@ class UserEnd(PortEnd):
     @property
     def reason(self) -> str:
         """Why they are in that state."""
-        return str(text_of(self.s.limits.cause, self._user.safety))
+        return str(text_of(self.s.limits.cause, self._user.given_safety))
 
     def report(self) -> FrameReport:
         """Return safety state and energies as they are now."""
         s = self.s
         energies = port_energies(s.port, s.arrivals, self.p.port)
         accounts = dict(zip(self._accounts, energies[4:], strict=False))
-        u_m, u_tx, v_rx, v_m = energies[:4]
-        return FrameReport(self.state, self.reason, u_m, u_tx, v_rx, v_m, accounts)
+        about = self.state, self.reason, *energies[:4], accounts, self.orientation
+        return FrameReport._make(about)
 
 
 # Time that a loop misses passes with the last force held, then the device stands still.

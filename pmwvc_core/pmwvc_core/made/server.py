@@ -35,27 +35,21 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, directly
-from pmwvc_core.server.contained import Contained
-from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, backward
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
+from pmwvc_core.server.turned import Turned
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 
-def coupling_of(
-    server: ServerParams, users: Sequence["scenarios.User"], faults: Faults | None = None
-) -> Any:
-    """Return what closes the algebraic loop, that of another package contained, which counts its
-    ``faults``; ParameterError where it cannot make its law (with the reason).
+def coupling_of(server: ServerParams, users: Sequence["scenarios.User"]) -> Any:
+    """Return what closes the algebraic loop; ParameterError, with the reason, where one of another
+    package cannot make its law.
     """
     record = COUPLINGS.of(server.coupling)
     assert record.law is not None
     with refused(f"server.coupling = {record.name!r}"):
         law = record.law(*weights(server.integrator, server.period_s))
-    if record.name not in COUPLINGS.library:
-        faults = faults or Faults("server.coupling", record.name)
-        moves = (record.moves or backward)(server)
-        return Contained(law, faults, *moves, record.late, record.object_motion)
     return ImplicitCoupled(0) if isinstance(law, Implicit) and are_coupled(users) else law
 
 
@@ -82,11 +76,10 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
 
 
 def server_params(
-    users: Sequence["scenarios.User"], session: Any, server: ServerParams,
-    faults: Faults | None = None,
-) -> ServerStepParams:  # fmt: skip
+    users: Sequence["scenarios.User"], session: Any, server: ServerParams
+) -> ServerStepParams:
     """Return the parameters of the server's step; ``session`` has controller, channel, axes and
-    times (a scenario, or what a node was given), ``faults`` counts those of a coupling.
+    times (a scenario, or what a node was given).
     """
     strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
     times, guests = session.times, []
@@ -115,9 +108,7 @@ def server_params(
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
-        environment = EnvironmentParams(
-            coupling_of(server, users, faults), object_of(server), strict
-        )
+        environment = EnvironmentParams(coupling_of(server, users), object_of(server), strict)
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )
@@ -181,7 +172,9 @@ def _resting_box(
     else:
         faults, absent = Faults("server.environment", name), (False,) * len(users)
         environment = made_outside(users, session)
-        state = Outside(environment, deque(), call, faults, absent, np.zeros((len(users), axes)))
+        places = np.zeros((len(users), axes))
+        turned = Turned(places.shape, server)
+        state = Outside(environment, deque(), call, faults, absent, places, turned)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
     seen = tuple(
         Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least

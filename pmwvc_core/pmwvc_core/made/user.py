@@ -19,12 +19,14 @@ from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.port_filters import FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, REACH, Limits, LimitsParams
+from pmwvc_core.law.safety.limits import LARGEST, Limits, LimitsParams
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams
+from pmwvc_core.params.user import strictest
 from pmwvc_core.scenario import scenario as scenarios
+from pmwvc_core.transport.orientation import AXES
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
@@ -57,13 +59,13 @@ def packing_params(deadband: DeadbandParams) -> Deadband:
 
 
 def limits_params(
-    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float
+    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float, groups: Any
 ) -> LimitsParams:
     """Return the limits of a force loop; a brake of no stiffness is none."""
     return LimitsParams(
         safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
         max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
-        reach, brake > 0.0, brake,
+        reach, brake > 0.0, brake, groups,
     )  # fmt: skip
 
 
@@ -83,16 +85,16 @@ def arrivals_params(
 
 
 def made_user(
-    user: "scenarios.User", session: Any, *, answer_tick: int = 0, workspace_m: float | None = None
+    user: "scenarios.User", session: Any, *, answer_tick: int = 0
 ) -> tuple[ForceLoop, UserParams]:
     """Return a user's force loop at rest, and its parameters; ``session`` has controller, channel,
     axes and server (a scenario, or what a node was given).
     """
     master, b, safety = user.master, user.impedance, user.safety
+    safety = strictest(safety, user.given_safety) if session.dof > 3 else safety  # turns: as given
     record, strict = record_of(session.controller), is_strict(session.controller, session.channel)
     axes, packet_s, tick_s = session.dof, session.server.period_s, master.tick_s
-    rules = safety.timeout_s, HAND_RETURN_S, master.store_j
-    of_arrivals = arrivals_params(session, b, *rules)
+    of_arrivals = arrivals_params(session, b, safety.timeout_s, HAND_RETURN_S, master.store_j)
     nothing, values = (0.0,) * axes, values_of(user, record)
     packet, law = no_packet(nothing, ()), record.device_rest(values, axes)
     port: Any
@@ -107,8 +109,11 @@ def made_user(
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
     stiffness = impedances.smallest(b) * (1.0 / STALL_S) if strict else 0.0
-    reach = LARGEST if workspace_m is None else REACH * workspace_m
-    of_limits = limits_params(safety, tick_s, packet_s, reach, stiffness)
+    groups: Any = (((1.0,) * axes, 1.0),)
+    if axes == AXES:
+        share = safety.max_torque / session.server.lever_m / safety.max_force or 1.0
+        groups = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, share)
+    of_limits = limits_params(safety, tick_s, packet_s, LARGEST, stiffness, groups)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     limits = Limits(nothing, nothing, loose_brake(nothing), of_limits.timeout_s)
     s = ForceLoop(
@@ -133,7 +138,7 @@ def changed_user(
     if new.master is not old.master:
         port, of_port = _changed_port(port, of_port, rest.port, q.port, new.master)
     timeout_s = q.arrivals.timeout_s
-    if new.safety is not old.safety:
+    if new.given_safety is not old.given_safety:
         silence = arrivals.silence
         of_packets_s = 3.0 * silence.interval_s + LATENESSES * silence.lateness_s
         silence = silence._replace(limit_ns=round(max(timeout_s, of_packets_s) * 1e9))

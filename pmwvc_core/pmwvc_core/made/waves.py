@@ -56,26 +56,15 @@ def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) 
     return rates.FirstOrder(nothing), pole
 
 
-def _made_bank(master: MasterParams, local: Any, axes: int) -> tuple[Any, Any]:
-    """Return the bank of a master around a local model, at rest, and its parameters."""
-    found = bank_filters(master.bank, tick_s=master.tick_s)
-    filters = found.low_up, found.low_down, found.high_up, found.high_down
-    sections = [() if each is None else rates.sections_of(each) for each in filters]
-    cascades = [(rates.resting_cascade(each),) * axes for each in sections]
-    s = filter_bank.Bank._make([*cascades, filter_bank.resting_local(axes), (0.0,) * 4])
-    return s, filter_bank.BankFilters._make([*sections, local, master.tick_s])
-
-
 def made_waves(
     master: MasterParams, b: Any, axes: int, playout: PlayoutParams, *, strict: bool
 ) -> tuple[StrictMaster | PlainMaster, StrictMasterParams | PlainMasterParams]:
     """Return a master behind an impedance [N s/m], at rest, and its parameters."""
     impedance_, rest = made_impedance(b), (0.0,) * axes
-    waves = rest, rest, rest
+    waves, lent_j = (rest, rest, rest), 0.0
     filters, of_filters = _made_filters(master, impedance_, rest)
     position: Any = NOTHING
     of_position: Any = NOTHING
-    lent_j = 0.0
     if master.position.is_on:
         of_position = position_params(master, impedance_, strict=strict)
         lent_j = of_position.lent_j
@@ -131,7 +120,15 @@ def _made_filters(
         local = master.local_model
         place = filter_bank.ACTS.index(local.acts), local.begins_m, master.tick_s
         model = filter_bank.SpringDamper(local.stiffness, local.damping, *place)
-        far = _made_bank(master, model, axes)
+        bank = bank_filters(master.bank, tick_s=master.tick_s)
+        parts = bank.low_up, bank.low_down, bank.high_up, bank.high_down
+        sections = [() if each is None else rates.sections_of(each) for each in parts]
+        cascades = [(rates.resting_cascade(each),) * axes for each in sections]
+        still = filter_bank.LocalModel(rest, rest, 0.0, True, 0.0)
+        far = (
+            filter_bank.Bank._make([*cascades, still, (0.0,) * 4]),
+            filter_bank.BankFilters._make([*sections, model, master.tick_s]),
+        )
     states, params = zip(near, far, strict=True)
     return Filtered(*states, rest, (0.0,) * len(b.values)), FilteredParams(*params, b)
 

@@ -3,9 +3,9 @@
 """What the safety limits report, and which of their changes are allowed while a hand is on the
 device. The limits themselves are in :mod:`pmwvc_core.law.safety.limits`.
 
-A limit may only be lowered, and ``soft_start_s`` stays: anybody on the network can set a
-parameter. To widen one the master is started anew, without a force. How fast the force may change
-must still let the largest force go in ``LET_GO_S``.
+A limit may only be lowered, ``soft_start_s`` and ``max_torque`` stay: anybody on the network can
+set a parameter. To widen one the master is started anew, without a force. How fast the force may
+change must still let the largest force go in ``LET_GO_S``.
 """
 
 import enum

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded delays and losses: looked up by time, repeated in a loop. Files: the JSON of IRTT, or
-columns of text, one row per packet, separated by commas, semicolons or blanks.
+"""Recorded delays and losses: looked up by time, repeated in a loop. Files: columns of text, one
+row per packet, separated by commas, semicolons or blanks.
 
 With a header time is ``pub_time``, ``time``, ``t``, ``sent`` or ``send_time``, in the unit the
 name carries (``time_ms``, ``pub_time(ms)``; seconds without); delay is ``delay``, ``rtt`` or
@@ -11,10 +11,9 @@ seconds) and the second. An empty delay or ``lost`` is a lost packet; ``#`` begi
 
 import bisect
 import functools
-import json
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,7 +57,7 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
 
     Pauses (above 0.2 s, unless usual) are taken out: segments are joined at the median interval,
     as are end and beginning. ``scale`` is in seconds per unit of the delay ``column`` (half of it
-    for round trips; of IRTT a factor); empty: the usual names.
+    for round trips); empty: the usual names.
     """
     if not path:
         raise RecordingError("no file is named; jitter = trace needs one with times and delays")
@@ -71,8 +70,7 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
         raise RecordingError(
             f"{path}: cannot be read as a delay trace: {reason} (looked in {Path.cwd()})"
         ) from None
-    is_irtt = text.lstrip().startswith("{")
-    rows = _irtt(path, text, column or "rtt") if is_irtt else _columns(path, text, column)
+    rows = _columns(path, text, column)
     times_s = np.array([time_s for time_s, _ in rows])
     lost = np.array([delay is None for _, delay in rows])
     delays_s = scale * np.array([0.0 if delay is None else delay for _, delay in rows])
@@ -103,28 +101,6 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
     delays_s = np.sort(known) * 1e-9
     columns = tuple(times), tuple(delays.tolist()), length, tuple(delays_s.tolist())
     return DelayTrace(*columns, mean_s, lost_ratio)
-
-
-def _irtt(path: str, text: str, column: str) -> list[Row]:
-    """Return the round trips of a file of IRTT; a packet lost on the other way only arrived."""
-
-    def row(trip: dict[str, Any]) -> Row:
-        sent = trip["timestamps"]["client"]["send"]
-        time_ns = sent["monotonic"] if "monotonic" in sent else sent["wall"]
-        lost = str(trip["lost"]).lower()
-        arrived = lost == "false" or (column == "send" and lost == "true_down")
-        delay = trip["delay"].get(column) if arrived else None
-        if delay is None and lost == "false":
-            raise KeyError(f"delay.{column}")
-        return time_ns * 1e-9, None if delay is None else delay * 1e-9
-
-    try:
-        return [row(trip) for trip in json.loads(text)["round_trips"]]
-    except (ValueError, KeyError, TypeError) as error:
-        raise RecordingError(
-            f"{path}: JSON, but not of IRTT ({type(error).__name__}: {error}); it must hold "
-            "round_trips with timestamps.client.send and delay.rtt, send or receive [ns]"
-        ) from None
 
 
 def _columns(path: str, text: str, column: str) -> list[Row]:

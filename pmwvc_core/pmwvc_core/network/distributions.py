@@ -11,7 +11,6 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
@@ -124,7 +123,6 @@ def file_conflict(p: LinkParams) -> str:
     return "" if p.trace_file else f"trace_file is missing: jitter = {p.jitter} needs a file"
 
 
-_tailed = partial(Distribution, moments=lambda p: (0.0, p.jitter_s), conflict=_tail_conflict)
 DISTRIBUTIONS = {
     "uniform": Distribution(
         lambda p, u: p.jitter_s * (2.0 * u - 1.0),
@@ -132,7 +130,11 @@ DISTRIBUTIONS = {
         half_width=True,
     ),
     "normal": Distribution(lambda p, u: p.jitter_s * normal(u), lambda p: (0.0, p.jitter_s)),
-    "pareto": _tailed(lambda p, u: p.jitter_s * _pareto(1.0 - u, _shape(p))),
+    "pareto": Distribution(
+        lambda p, u: p.jitter_s * _pareto(1.0 - u, _shape(p)),
+        lambda p: (0.0, p.jitter_s),
+        _tail_conflict,
+    ),
     "gamma": Distribution(_gamma, lambda p: (p.jitter_s, p.jitter_s / math.sqrt(_shape(p)))),
     "lognormal": Distribution(
         lambda p, u: p.jitter_s * math.exp(_shape(p) * normal(u)), _lognormal_moments

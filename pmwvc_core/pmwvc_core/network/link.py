@@ -156,10 +156,10 @@ class Link(InFlight):
             u = draws.of("corruption", fate)
             u = draws.correlated("corruption", fate, u, p.corrupt_correlation)
             if u < p.corrupt:
-                self._corrupt(fate, draws.of("corruption", fate, 1))
+                fate.cause, fate.flip = Cause.CORRUPTION, draws.of("corruption", fate, 1)
         for corrupts in hooks["corrupts"]:
             if (fraction := corrupts(fate)) is not None:
-                self._corrupt(fate, fraction)
+                fate.cause, fate.flip = Cause.CORRUPTION, fraction
         at_once = False
         if on.reordering:
             u = draws.of("reordering", fate)
@@ -180,6 +180,3 @@ class Link(InFlight):
             due_ns = hook(fate, due_ns)
         self._enter(payload, fate, self._order.arrives_ns(p, fate, due_ns))
         return fate
-
-    def _corrupt(self, fate: Fate, fraction: float) -> None:
-        fate.cause, fate.flip = Cause.CORRUPTION, fraction

@@ -43,10 +43,6 @@ def _link(
     return LinkParams(delay_s=delay_s, jitter=jitter, jitter_s=jitter_s, keep_order=False, **own)
 
 
-def _drawn(quantiles: str, delay_s: float = 0.0, **own: Any) -> LinkParams:
-    return _link(delay_s, "quantiles", jitter_quantiles=quantiles, **own)
-
-
 def _same(link: LinkParams, basis: str) -> Preset:
     return Preset(link, link, basis)
 
@@ -55,6 +51,7 @@ def _same(link: LinkParams, basis: str) -> Preset:
 WIFI_GOOD = "0:0.0003 0.1:0.0008 0.25:0.0013 0.5:0.002 0.75:0.0032 0.9:0.0049 0.99:0.01 1:0.02"
 WIFI_CAMPUS = "0:0.0003 0.25:0.0008 0.5:0.0015 0.75:0.004 0.9:0.01 0.95:0.03 0.99:0.125 1:0.3"
 WIFI_BAD = "0:0.004 0.25:0.01 0.5:0.02 0.75:0.045 0.9:0.1 0.99:0.25 1:0.4"
+_SLOTS: dict[str, Any] = {"slot_min_s": 2e-3, "slot_max_s": 20e-3}
 _STARLINK = _link(
     25e-3, "normal", 5e-3, **_bursts(1e-2, 3.0), handover_s=15.0, handover_step_s=10e-3,
     handover_outage=0.3, handover_outage_min_s=0.05, handover_outage_max_s=0.3, handover_loss=0.3,
@@ -91,19 +88,19 @@ PRESETS = {
         "intercontinental haptics, round trip about 300 ms (Peer 2008); jitter and loss estimate",
     ),
     "wifi_good": _same(
-        _drawn(WIFI_GOOD, 1e-3, **_bursts(1e-3, 2.0)),
+        _link(1e-3, "quantiles", jitter_quantiles=WIFI_GOOD, **_bursts(1e-3, 2.0)),
         "802.11ax, 80 MHz: 99 % below 10 ms (measured), median 2 ms; ends and loss estimate",
     ),
     "wifi_campus": _same(
-        _drawn(WIFI_CAMPUS, **_bursts(5e-3, 3.0)),
+        _link(0.0, "quantiles", jitter_quantiles=WIFI_CAMPUS, **_bursts(5e-3, 3.0)),
         "half the round trip of 3, 20 and 250 ms at 50, 90 and 99 % (Sui 2016); the rest estimate",
     ),
     "wifi_bad": _same(
-        _drawn(WIFI_BAD, slot_min_s=2e-3, slot_max_s=20e-3, **_bursts(2e-2, 3.0)),
+        _link(0.0, "quantiles", jitter_quantiles=WIFI_BAD, **_SLOTS, **_bursts(2e-2, 3.0)),
         "half of the packets above 20 ms, 10 % above 0.1 s (Pei 2016); slots, ends, loss estimate",
     ),
     "wifi_worst": _same(
-        _drawn(WIFI_BAD, slot_min_s=2e-3, slot_max_s=20e-3, **_bursts(5e-2, 6.0)),
+        _link(0.0, "quantiles", jitter_quantiles=WIFI_BAD, **_SLOTS, **_bursts(5e-2, 6.0)),
         "wifi_bad with 5 % loss in bursts of 6; estimate",
     ),
     "5g_sa_campus": Preset(

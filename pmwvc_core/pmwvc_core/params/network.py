@@ -38,14 +38,12 @@ class LinkParams(Validated):
     )  # fmt: skip
     jitter_correlation: float = _correlation("the jitter")
     jitter_quantiles: str = parameter("", "-", "probability:seconds: 0:0.001 0.5:0.002 1:0.02")
-    trace_file: str = parameter("", "-", "trace, table: file of times and delays, or IRTT JSON")
+    trace_file: str = parameter("", "-", "trace, table: file of times and delays")
     trace_scale: float = parameter(
         1.0, "> 0 and <= 3600 s per unit of the file",
-        "trace, table: factor to seconds (half a round trip in ms: 0.0005; of IRTT 0.5)",
+        "trace, table: factor to seconds (half a round trip in ms: 0.0005)",
     )  # fmt: skip
-    trace_column: str = parameter(
-        "", "-", "trace, table: column (empty: delay, rtt, latency); of IRTT: rtt, send, receive"
-    )
+    trace_column: str = parameter("", "-", "trace, table: column (empty: delay, rtt, latency)")
     loss: float = _probability("probability that a packet is lost")
     loss_correlation: float = _correlation("the loss")
     ge_p: float = _probability("Gilbert-Elliott: probability of a change from good to bad state")

@@ -5,15 +5,45 @@ the hand.
 """
 
 from collections.abc import Iterable
+from copy import copy
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
-from pmwvc_core.params.fields import Validated, fixed, group, has, lacks, parameter
+from pmwvc_core.params.fields import Validated, fixed, group, groups, has, lacks, parameter, specs
 
 OPERATOR_KINDS = (
     *("none", "constant", "sinusoid", "chirp", "hand", "remote"),
     *("playback_force", "playback_motion"),
 )
+# Behind a scale s a hand moves s times as far and pushes with 1/s of its force: powers of s.
+BEHIND = {"m": 1, "m/s": 1, "N": -1, "N/s": -1, "N s/m": -2, "N/m": -2, "kg": -2}
+P = TypeVar("P", bound=Validated)
+
+
+def scaled(params: P, scale: float) -> P:
+    """Return what is given at the handle as the avatar meets it; ranges hold at the handle."""
+    if scale == 1.0:
+        return params
+    seen, kind = copy(params), type(params)
+    of_file = "N" if getattr(params, "kind", "") == "playback_force" else "m"
+    for name, spec in specs(kind).items():
+        unit = spec.unit.removesuffix(" per unit of the file").replace("N or m", of_file)
+        if power := BEHIND.get(unit):
+            vars(seen)[name] = getattr(params, name) * scale**power
+    vars(seen).update({name: scaled(getattr(params, name), scale) for name in groups(kind)})
+    return seen
+
+
+def strictest(one: P, other: P) -> P:
+    """Return the smaller value of each limit."""
+    kept = copy(one)
+    vars(kept).update({name: min(getattr(one, name), getattr(other, name)) for name in vars(one)})
+    return kept
+
+
+def behind(name: str) -> Any:
+    """Declare a property of a user: a group of parameters as the avatar meets it."""
+    return property(lambda user: scaled(getattr(user, name), user.given_device.scale))
 
 
 @dataclass(frozen=True)
@@ -30,9 +60,22 @@ class DeviceParams(Validated):
         "velocity: the state's, or differences of the measured position",
     )  # fmt: skip
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
+    scale: float = fixed(1.0, "0.1..10", "motion of the avatar by the hand's, and force inversely")
+    axes: str = fixed("", "-", "axes of a real device along x, y, z, like 'y -x z' (empty: usual)")
+    offset_x_m: float = fixed(0.0, "-1..1 m", "where the middle of a real device is")
+    offset_y_m: float = fixed(0.0, "-1..1 m", "likewise")
+    offset_z_m: float = fixed(0.0, "-1..1 m", "likewise")
+    clutch: int = fixed(0, "0..32", "button of the device that uncouples the hand (0: none)")
 
     is_simulated = has("plugin", "simulated")  # the device of the library, whose state is known
     differences = has("velocity", "euler")  # of measured positions
+
+    def conflicts(self) -> list[str]:
+        """Check the axes."""
+        words = sorted(word.removeprefix("-") for word in self.axes.split())
+        if words == list("xyz"[: len(words)]):
+            return []
+        return [f"axes = {self.axes!r}: must be x, y and z once each, like 'y -x z'"]
 
 
 @dataclass(frozen=True)
@@ -40,14 +83,14 @@ class SafetyParams(Validated):
     """Limits between controller and device, in every control path; they are never off."""
 
     max_force: float = parameter(8.0, "> 0 and <= 20 N", "peak force (Touch 3.3, large devices 8)")
+    max_torque: float = fixed(0.0, ">= 0 N m", "dof = 6: peak torque; 0: max_force server.lever_m")
     max_slew: float = parameter(2000.0, "1..20000 N/s", "fastest change of force")
     soft_start_s: float = fixed(0.5, "0.01..10 s", "force rises from zero over this time")
     damper_velocity: float = parameter(1.0, "> 0 and <= 10 m/s", "faster: only damping")
     fault_velocity: float = parameter(1.5, "> 0 and <= 20 m/s", "faster: no force any more")
     timeout_s: float = parameter(
-        0.03, "> 0 and <= 10 s",
-        "silence, three packets or more, after which only damping is rendered",
-    )  # fmt: skip
+        0.03, "> 0 and <= 10 s", "silence, three packets or more, after which only damping is left"
+    )
     release_s: float = parameter(
         5.0, "> 0 and <= 60 s", "silence after which brake and damping end, too"
     )
@@ -108,11 +151,11 @@ class OperatorParams(Validated):
     grip_stiffness: float = parameter(375.0, ">= 0 N/m", "hand, remote: stiffness of the grip")
     grip_damping: float = parameter(7.9, ">= 0 N s/m", "hand, remote: damping of the grip")
     squeeze: float = parameter(1.0, ">= 0 N", "hand, remote: force that holds a gripped object")
-    file: str = fixed("", "-", "playback: CSV or NPY")
+    file: str = fixed("", "-", "playback: CSV")
     columns: str = fixed("", "-", "playback: columns by name or number (from 0), by commas")
     time_column: str = fixed("", "-", "playback: column of the time [s] (empty: rate_hz)")
     rate_hz: float = parameter(1000.0, "> 0 Hz", "playback: rate without a time column")
-    scale: float = parameter(1.0, "SI per unit of the file", "playback: factor to N or m")
+    scale: float = parameter(1.0, "N or m per unit of the file", "playback: factor to N or m")
     offset: float = parameter(0.0, "N or m", "playback: added after scaling")
     fade_s: float = parameter(0.2, ">= 0 s", "playback: fade in and out")
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Hands by name, at the beginning of their time (state and parameters of the laws), and the files
-of those that are recorded: CSV or other text, or NumPy ``.npy``.
+of those that are recorded: CSV or other text.
 
 How a column is named (several are separated by commas): by its name in the header line of a text,
 or by its number, counted from 0. Columns of text are separated by comma, semicolon, tab or blanks;
@@ -37,7 +37,12 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
     if params.is_hand:
         return task_hand(params, task, at)
     if params.is_remote:
-        return _remote(params, task, at)
+        inside = params.squeeze / params.remote.stiffness
+        pressed = at.along(at.side * (at.half_width_m - inside))
+        every = max(1, round(remote_hand.POINTER_S / at.tick_s))
+        p, the_task = remote_hand.remote_params(params, at.tick_s), task_of(task, at.axes)
+        pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
+        return remote_hand.TaskHand(remote_hand.resting_remote(at.start), 0), pointer
     if params.is_recorded:
         recording = load_recording(params, tick_s=at.tick_s, dof=at.axes)
         if params.answers:
@@ -50,16 +55,6 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
     return forces.GivenForce(0), forces.ForceParams(
         at.along(amplitude), swings, at.tick_s, params.frequency_hz, last_hz, params.sweep_s
     )
-
-
-def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return a remote hand that does the task."""
-    inside = params.squeeze / params.remote.stiffness
-    pressed = at.along(at.side * (at.half_width_m - inside))
-    every = max(1, round(remote_hand.POINTER_S / at.tick_s))
-    p, the_task = remote_hand.remote_params(params, at.tick_s), task_of(task, at.axes)
-    pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
-    return remote_hand.TaskHand(remote_hand.resting_remote(at.start), 0), pointer
 
 
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
@@ -85,7 +80,7 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
     """Return columns ``(rows, 1 or dof)`` and times [s] of a file; else RecordingError."""
     file = Path(params.file).expanduser()
     if not params.file:
-        raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
+        raise RecordingError("operator.file is empty: name the CSV file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
     names, rows = _table_of(file)
@@ -108,23 +103,11 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
     return values, np.arange(len(values)) / params.rate_hz
 
 
-def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
-    """Return the names of the columns of a file, and its rows, of numbers or of texts."""
+def _table_of(file: Path) -> tuple[list[str], list[list[str]]]:
+    """Return the names of the columns of a file, and its rows of texts."""
     suffix = file.suffix.lower()
-    if suffix == ".npy":
-        try:
-            array = np.load(file, allow_pickle=False)
-        except (ValueError, EOFError) as error:
-            raise RecordingError(f"{file}: not a NumPy array of numbers ({error})") from error
-        if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
-            raise RecordingError(
-                f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
-                "(rows, columns)"
-            )
-        array = array.reshape(len(array), -1)
-        return [str(number) for number in range(array.shape[1])], array
     if suffix not in (".csv", ".txt", ".tsv", ".dat"):
-        raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
+        raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat")
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
@@ -147,7 +130,7 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _column(file: Path, names: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> Array:
+def _column(file: Path, names: Sequence[str], rows: Sequence[Sequence[str]], name: str) -> Array:
     """Return one column ``(rows,)``, by its name or its number."""
     if name not in names and not (name.isdecimal() and int(name) < len(names)):
         raise RecordingError(

@@ -72,7 +72,7 @@ def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1
     plain = ("sent_ns", "epoch", "seq", "period", "session")
     echo = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
     signals = {n: vector(getattr(packet, n), dof) for n in ("wave", "integral", "position")}
-    sequences = {**signals, "extra": packet.extra}
+    sequences = {**signals, "extra": packet.extra, "orientation": packet.orientation}
     return types.Wave(
         stamp=time_message(types, stamp_ns),
         energy=scalar(packet.energy),
@@ -94,7 +94,8 @@ def packet_fates(
 
 def master_trace(
     types: MessageTypes, series: Mapping[str, Any], *, taken: Sequence[tuple[int, int, int]],
-    stamp_ns: int, energy: Mapping[str, Value], accounts: Mapping[str, Value], **fields: Any,
+    stamp_ns: int, energy: Mapping[str, Value], accounts: Mapping[str, Value],
+    orientation: Sequence[float] = (), **fields: Any,
 ) -> Any:  # fmt: skip
     """Return one block of ticks as a MasterTrace message: ``series`` by name, row-major; ``taken``
     has tick, number and sender's epoch of each packet taken in; ``energy`` ENERGIES at its end
@@ -107,6 +108,7 @@ def master_trace(
         **_taken(types, "tick", taken),
         **{f"energy_{name}": scalar(energy[name]) for name in ENERGIES},
         **_accounts(types, accounts),
+        orientation=types.sequence(orientation, "d"),
         **fields,
     )
 

@@ -36,9 +36,9 @@ def _shares(owner: type, *whole: str, **only: tuple[str, ...]) -> tuple[Share, .
 
 # The table: what each node is given of a user, and of what all users share.
 USER_AT_MASTER = _shares(
-    User, "master", "baseline", "own", "device", "operator", "safety", "contact"
+    User, "master", "baseline", "own", "given_device", "given_operator", "given_safety", "contact"
 )
-SHARED_AT_MASTER = _shares(Scenario, "task", server=("period_s", "object_size_m"))
+SHARED_AT_MASTER = _shares(Scenario, "task", server=("period_s", "object_size_m", "lever_m"))
 USER_AT_SERVER = _shares(
     User,
     *("contact", "baseline", "own"),

@@ -62,8 +62,7 @@ class StartGate:
         return response
 
     def _matched(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = True
-        response.message = json.dumps(matched(self._node))
+        response.success, response.message = True, json.dumps(matched(self._node))
         return response
 
 

@@ -13,64 +13,67 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-import numpy as np
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from pmwvc_core.ends.inbox import scalar, vector
-from pmwvc_core.numeric import Value
+from pmwvc_core.ends.inbox import scalar, value, vector
 from pmwvc_core.runtime.messages import KEPT, NS_PER_S, MessageTypes, record_of
+from pmwvc_core.transport.orientation import AXES, IDENTITY
 from pmwvc_core.transport.packet import Admission, Receipt, WavePacket, refused, size_bytes
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]
 MOST_AXES, MOST_EXTRA = 6, 12
 _LENGTH, _DOF_AT = struct.Struct("<I"), 44
-_FIXED, _PER_AXIS = size_bytes(0), size_bytes(1) - size_bytes(0)
 
 
 @cache
-def _layout(dof: int, extra: int) -> struct.Struct:
-    """Return the layout: the encapsulation and the fields of ``Wave.msg``."""
+def _layout(dof: int, extra: int) -> tuple[struct.Struct, list[slice]]:
+    """Return the layout, the encapsulation and the fields of ``Wave.msg``, and where in it the
+    values of each list are, behind their number.
+    """
+    places, at, turned = [], 8, len(IDENTITY) if dof == AXES else 0
+    for count, others in ((dof, 0), (dof, 1), (turned, 0), (dof, 0), (extra, 0)):
+        places.append(slice(at + 1, at + 1 + count))
+        at += 1 + count + others
     value = f"I4x{dof}d"
-    return struct.Struct(f"<4siIqQIId{value}{value}d{value}I4x{extra}dqqH2xIQQ")
+    position = f"I4x{turned}d{value}" if turned else f"II{dof}d"  # what is empty leaves no gap
+    return struct.Struct(f"<4siIqQIId{value}{value}d{position}I4x{extra}dqqH2xIQQ"), places
 
 
 def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
     """Return a packet as a message without checksum and tag; a float stands for each axis."""
     sec, nanosec = divmod(stamp_ns, NS_PER_S)
-    return _layout(dof, len(packet.extra)).pack(
+    turned = (packet.orientation or IDENTITY) if dof == AXES else ()
+    return _layout(dof, len(packet.extra))[0].pack(
         ENCAPSULATION, sec, nanosec, packet.sent_ns, packet.epoch, packet.seq, packet.echo_seq,
         packet.period, dof, *vector(packet.wave, dof), dof, *vector(packet.integral, dof),
-        scalar(packet.energy), dof, *vector(packet.position, dof), len(packet.extra),
-        *packet.extra, packet.echo_sent_ns, packet.echo_hold_ns, packet.flags, 0,
-        packet.session, 0,
+        scalar(packet.energy), len(turned), *turned, dof, *vector(packet.position, dof),
+        len(packet.extra), *packet.extra, packet.echo_sent_ns, packet.echo_hold_ns, packet.flags,
+        0, packet.session, 0,
     )  # fmt: skip
 
 
 def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     """Return a message as a packet, refused where it is none, with its reception time."""
-    (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= _FIXED else (0,)
-    extra, rest = divmod(len(data) - _FIXED - dof * _PER_AXIS, 8)
+    (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= size_bytes(0) else (0,)
+    extra, rest = divmod(len(data) - size_bytes(dof), 8)
     if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
         return refused(Receipt.MALFORMED)
-    _, _, _, sent_ns, epoch, seq, echo_seq, period, *body = _layout(dof, extra).unpack(data)
-    second, third, last = dof + 1, 2 * dof + 3, 3 * dof + 4  # where lengths stand
-    if [body[0], body[second], body[third], body[last]] != [dof, dof, dof, extra]:
+    layout, places = _layout(dof, extra)
+    found = layout.unpack(data)
+    if any(found[place.start - 1] != place.stop - place.start for place in places):
         return refused(Receipt.MALFORMED)
-    wave, integral, position = (_value(body[at + 1 : at + 1 + dof]) for at in (0, second, third))
-    echo_sent_ns, echo_hold_ns, flags, _, session, _ = body[-6:]
+    wave, integral, turned, position, more = (found[place] for place in places)
+    _, _, _, sent_ns, epoch, seq, echo_seq, period = found[:8]
+    echo_sent_ns, echo_hold_ns, flags, _, session, _ = found[-6:]
     return WavePacket(
-        epoch, seq, sent_ns, period, wave, integral, body[third - 1], position,
-        echo_seq, echo_sent_ns, echo_hold_ns, flags, tuple(body[last + 1 : last + 1 + extra]),
-        session, came_ns,
+        epoch, seq, sent_ns, period, value(wave), value(integral), found[places[1].stop],
+        value(position), echo_seq, echo_sent_ns, echo_hold_ns, flags, more, turned, session,
+        came_ns,
     )  # fmt: skip
-
-
-def _value(values: list[float]) -> Value:
-    return values[0] if len(values) == 1 else np.array(values)
 
 
 WAVE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -103,11 +106,7 @@ class _Unserved(CallbackGroup):
     def can_execute(self, entity: Any) -> bool:
         return False
 
-    def beginning_execution(self, entity: Any) -> bool:
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        pass
+    beginning_execution = ending_execution = can_execute
 
 
 class Polled:

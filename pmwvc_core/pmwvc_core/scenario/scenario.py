@@ -17,7 +17,7 @@ from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
 from pmwvc_core.params.names import joined, leaves, nested
-from pmwvc_core.params.user import ServerTimes, server_times
+from pmwvc_core.params.user import ServerTimes, behind, server_times
 from pmwvc_core.plugins import installed
 from pmwvc_core.scenario.conflicts import conflicts
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
@@ -52,13 +52,18 @@ class User:
     side: int = parameter(-1, "-1..1", "side of the object the user is on: -1 pushes towards +x")
     master: params.MasterParams = group(params.MasterParams)
     baseline: params.BaselineParams = group(params.BaselineParams)
-    device: params.DeviceParams = group(params.DeviceParams)
-    operator: params.OperatorParams = group(params.OperatorParams)
-    safety: params.SafetyParams = group(params.SafetyParams)
+    given_device: params.DeviceParams = group(params.DeviceParams)  # these three at the handle
+    given_operator: params.OperatorParams = group(params.OperatorParams)
+    given_safety: params.SafetyParams = group(params.SafetyParams)
     contact: params.ContactParams = group(params.ContactParams)
     link_up: params.LinkParams = group(params.LinkParams)
     link_down: params.LinkParams = group(params.LinkParams)
     own: Any = group(ControllerOwn)  # of controllers from other packages, by their names
+
+    # As the avatar meets them, behind the device's scale.
+    device = behind("given_device")
+    operator = behind("given_operator")
+    safety = behind("given_safety")
 
     @property
     def impedance(self) -> Impedance:
@@ -185,7 +190,7 @@ _PREFIXES = {"own": "", "contact": "server", "link_up": "link.up", "link_down": 
 
 def prefixed(owner: type) -> dict[str, tuple[str, type]]:
     """Return the groups of a user or a scenario by dotted prefix: attribute and dataclass."""
-    return {_PREFIXES.get(name, name): (name, kind) for name, kind in groups(owner).items()}
+    return {_PREFIXES.get(n, n.removeprefix("given_")): (n, k) for n, k in groups(owner).items()}
 
 
 def _declared(owner: type, *, of_user: bool) -> dict[str, Declaration]:

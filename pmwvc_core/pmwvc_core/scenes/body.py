@@ -35,7 +35,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenes.description import FORMAT
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
-from pmwvc_core.scenes.turning import cayley, cross, quaternion
+from pmwvc_core.scenes.turning import cayley, cross
 from pmwvc_core.server.black_box import EnvironmentSetup
 
 POINTS = 3  # of a pad
@@ -115,8 +115,14 @@ class Box:
     @property
     def poses(self) -> dict[str, list[float]]:
         """Where box and pads are, ``x y z`` [m] and quaternion ``w x y z``, by name."""
-        rows = zip(self._names, *self._poses, strict=True)
-        return {name: [*at.tolist(), *quaternion(turned)] for name, at, turned in rows}
+        turned = Rotation.from_matrix(self._poses.turned).as_quat(True, scalar_first=True)
+        rows = np.hstack([self._poses.at, turned]).tolist()
+        return dict(zip(self._names, rows, strict=True))
+
+    @property
+    def turned(self) -> Array:
+        """How the pads are turned, quaternions ``x y z w``."""
+        return np.asarray(Rotation.from_matrix(self._poses.turned[1:]).as_quat())
 
     @property
     def description(self) -> dict[str, Any]:

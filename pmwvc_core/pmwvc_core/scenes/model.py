@@ -62,12 +62,8 @@ def import_mujoco() -> Any:
         raise ParameterError(
             f"server.environment = 'mujoco': {error}: pip install mujoco (or '.[mujoco]')"
         ) from None
-    mujoco.set_mju_user_warning(_discarded)
+    mujoco.set_mju_user_warning(lambda text: None)  # MuJoCo's own would write a file here
     return mujoco
-
-
-def _discarded(text: str) -> None:
-    """Take a warning, which MuJoCo would write into a file in the working directory."""
 
 
 def scene_model(setup: EnvironmentSetup) -> SceneModel:
@@ -79,9 +75,13 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
     file = Path(server.scene).expanduser()
     spec = _read(mujoco, server.scene, file, where)
     movable = next((body for body in spec.bodies[1:] if body.joints), None)
-    bodies = _handles(spec, setup) or [
-        _finger(mujoco, spec, user, server.finger_m) for user in range(setup.users)
-    ]
+    bodies = _handles(spec, setup)
+    for user in range(0 if bodies else setup.users):
+        bodies.append(spec.worldbody.add_body(name=f"pmwvc_user{user + 1}"))
+        bodies[user].add_geom(
+            name=bodies[user].name, type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=FINGER_KG,
+            size=[server.finger_m, 0.0, 0.0], friction=[0.0, 0.0, 0.0],
+        )  # fmt: skip
     for body in bodies:
         for axis in np.eye(3):
             body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
@@ -151,15 +151,6 @@ def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
             )
         found.append(body)
     return found
-
-
-def _finger(mujoco: Any, spec: Any, user: int, radius_m: float) -> Any:
-    body = spec.worldbody.add_body(name=f"pmwvc_user{user + 1}")
-    body.add_geom(
-        name=body.name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius_m, 0.0, 0.0],
-        mass=FINGER_KG, friction=[0.0, 0.0, 0.0],
-    )  # fmt: skip
-    return body
 
 
 def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> dict[str, Any]:

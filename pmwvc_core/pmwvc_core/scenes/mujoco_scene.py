@@ -92,6 +92,11 @@ class MujocoScene:
         return list(np.hstack([bodies, contact.pos[order], force]).ravel().tolist())
 
     @property
+    def turned(self) -> Array:
+        """How the handles are turned, quaternions ``x y z w``."""
+        return np.array([np.roll(self.data.qpos[held.ball], -1) for held in self.held])
+
+    @property
     def description(self) -> dict[str, Any]:
         """What is constant, with where the devices' origin is (:mod:`.description`)."""
         drawn = described(self.model, self.data, self._names, self._whose.tolist())

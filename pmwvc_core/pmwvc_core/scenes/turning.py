@@ -11,7 +11,6 @@ with [a] b = a x b; it turns by 2 atan(|a|/2).
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pmwvc_core.numeric import Array
 
@@ -31,9 +30,3 @@ def cayley(a: Array) -> Array:
     """Return cay(a), ``(..., 3, 3)``."""
     half = 0.5 * cross(a)
     return np.asarray(np.linalg.solve(np.eye(3) - half, np.eye(3) + half))
-
-
-def quaternion(r: Array) -> list[float]:
-    """Return a rotation ``(3, 3)`` as a unit quaternion ``w x y z``, w >= 0."""
-    x, y, z, w = Rotation.from_matrix(r).as_quat(canonical=True).tolist()
-    return [w, x, y, z]

@@ -27,6 +27,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import BadAnswer, Faults, refused
 from pmwvc_core.server.contained import LARGEST_N, signal
+from pmwvc_core.server.turned import Turned
 
 ROUNDING = 1e-12
 R = TypeVar("R")
@@ -71,6 +72,9 @@ class BlackBox(Protocol):
         A negative slope counts as zero.
     ``energy``
         How much energy it holds [J], one number. The ledger keeps no more than that.
+    ``turned``
+        With ``meet`` and six axes: how the handles are turned, unit quaternions x y z w, world
+        axes ``(users, 4)``. Their drift from the devices is repaid.
     ``position``, ``velocity``
         An object that traces and pictures show, ``(dof,)`` [m], [m/s].
     """
@@ -91,7 +95,7 @@ def directly(exchange: Callable[[], R]) -> R:
 class Outside(NamedTuple):
     """An environment, the calls that are still to be passed on to it (added by the port's thread,
     made perhaps by another one), how it is asked, what went wrong, who is there, and where avatars
-    are that it moves itself, also by answers that come too late ``(users, dof)`` [m].
+    are that it moves itself, also by answers that come too late ``(users, dof)`` [m], or turns.
     """
 
     environment: BlackBox
@@ -100,6 +104,7 @@ class Outside(NamedTuple):
     faults: Faults
     there: tuple[bool, ...]
     places: Array
+    turned: Turned
 
 
 @visited.member(Outside)
@@ -111,8 +116,9 @@ def _visited(
             s.pending.append(partial(s.environment.leave, user))
         if begins[user]:
             s.pending.append(partial(s.places.__setitem__, user, positions[user]))
-        if begins[user] and hasattr(s.environment, "join"):
-            s.pending.append(partial(s.environment.join, user, np.array(positions[user])))
+            if hasattr(s.environment, "join"):
+                s.pending.append(partial(s.environment.join, user, np.array(positions[user])))
+            s.pending.append(partial(s.turned.since.pop, user, None))
     return s._replace(there=there)
 
 
@@ -130,10 +136,14 @@ def _answer(
     if hasattr(environment, "meet"):
         drive = np.array([rooted(a.impedance, a.u) for a in avatars])
         impedance = np.array([a.impedance.b for a in avatars])
+        s.turned.look(environment)
+        more = s.turned.repaying(s.places, s.there, h)
+        drive += impedance[:, np.newaxis] * more
         velocity = signal(environment.meet(drive, impedance, h), start.shape, "meet")
         force = drive - impedance[:, np.newaxis] * velocity
         force[np.abs(force) < ROUNDING * np.abs(drive)] = 0.0
-        s.places[:] += h * np.nan_to_num(velocity)
+        s.places[:] += h * (np.nan_to_num(velocity) - more)
+        s.turned.look(environment)
         return _replied(environment, velocity, s.places, force, True)
     if hasattr(environment, "local"):
         line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]

@@ -9,9 +9,10 @@ loops ran.
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_core.ends.inbox import vector
 from pmwvc_core.frame import AT_ONCE, FrameSchedule
@@ -78,12 +79,13 @@ class SimulatedLink:
     ) -> tuple[FateTraces, ReceptionTraces, TakenTraces, list[PacketTraces]]:
         """Return fates, counts, packets taken in at looks [ns], and packets on both sides."""
         fates, arrived, nameless = self.fates, self.arrived[: self.taken], ""
-        number, size_bytes, time_in_ns, due_ns, kind, cause = _columns(
-            [(f.number, f.size, f.time_in_ns, f.time_due_ns, f.kind, f.cause) for f in fates], 6
-        )
+        rows = [(f.number, f.size, f.time_in_ns, f.time_due_ns, f.kind, f.cause) for f in fates]
+        of_fates = np.array(rows, dtype=np.int64).reshape(-1, 6).T.copy()
+        number, size_bytes, time_in_ns, due_ns, kind, cause = of_fates
         epochs = np.full(len(fates), self.sent[0].epoch if self.sent else 0, dtype=np.uint64)
         numbers, times_ns = (number, epochs, number.copy()), (time_in_ns, due_ns, due_ns.copy())
-        seq, epoch, at_ns = _columns([(each.seq, each.epoch, ns) for each, ns in arrived], 3)
+        came = np.array([(each.seq, each.epoch, ns) for each, ns in arrived], dtype=np.int64)
+        seq, epoch, at_ns = came.reshape(-1, 3).T.copy()
         counted = counts(self.receiver, other_controller=other_controller)
         passed = passage(self.receiver.path.estimate())
         sent = [(packet, packet.sent_ns) for packet in self.sent]
@@ -110,25 +112,20 @@ def add_link(
         traces.counts[topic] = {"messages": len(seen.seq), "missing": 0}
 
 
-def _columns(rows: Sequence[Sequence[int]], width: int) -> Integers:
-    return np.array(rows, dtype=np.int64).reshape(-1, width).T.copy()
-
-
 def _packets(seen: Sequence[tuple[WavePacket, int]], dof: int) -> PacketTraces:
     """Return packets, with the times at which they were seen [ns]."""
-    packets = [packet for packet, _ in seen]
     times_s = np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9
-    epoch, seq, sent_ns = _columns([(each.epoch, each.seq, each.sent_ns) for each in packets], 3)
-    period_s, energy = (
-        columns((getattr(each, name) for each in packets), 1)[:, 0]
-        for name in ("period", "energy")
+
+    def each(name: str, kind: type = float) -> NDArray[Any]:
+        return np.array([getattr(packet, name) for packet, _ in seen], dtype=kind)
+
+    numbers = each("epoch", np.uint64), each("seq", np.int64), each("sent_ns", np.int64)
+    wave, integral, energy, position = (
+        columns((getattr(packet, name) for packet, _ in seen), axes)
+        for name, axes in (("wave", dof), ("integral", dof), ("energy", 1), ("position", dof))
     )
-    wave, integral, position = (
-        columns((getattr(each, name) for each in packets), dof)
-        for name in ("wave", "integral", "position")
-    )
-    sums = wave, integral, energy, position
-    return PacketTraces("", times_s, epoch.astype(np.uint64), seq, sent_ns, period_s, *sums)
+    sums = wave, integral, energy[:, 0], position, each("orientation")
+    return PacketTraces("", times_s, *numbers, each("period"), *sums)
 
 
 def columns(values: Iterable[Value], axes: int) -> Array:
@@ -154,10 +151,6 @@ class Ticks:
             self.at_ns = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
             self._missed = frozenset(np.setdiff1d(every[self.next :], ran).tolist())
         self._ran = self.next - 1  # the last tick that ran
-
-    def are_due(self, until_ns: int) -> bool:
-        """Tell whether a tick is due by an instant [ns]."""
-        return self.next < len(self.at_ns) and self.at_ns[self.next] <= until_ns
 
     def passing(self, most: int) -> Iterator[int]:
         """Pass what was missed; yield the ticks before ``most`` after the last one that ran."""
@@ -185,10 +178,6 @@ class Steps(NamedTuple):
     tick: Integers
     ran_ns: Integers
     period_s: Array
-
-    def in_order(self) -> Iterator[tuple[int, int, float]]:
-        """Return tick, time [ns] and length [s] of each step."""
-        return zip(*(column.tolist() for column in self), strict=True)
 
 
 @dataclass(frozen=True)

@@ -83,6 +83,7 @@ class UserNotes:
             reason=[report.reason for report in reports],
             accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
             changes=np.array(changes, dtype=np.int64), looked_ns=late_ns, safety_events=events,
+            orientation=np.array([report.orientation for report in reports]),
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
         )  # fmt: skip
 
@@ -160,7 +161,7 @@ def _user(run: Run, number: int) -> UserTraces:
     ends = np.append(np.arange(user.master.rate_drop, ticks, user.master.rate_drop), ticks)
     blocks = blocks[: len(ends)]
     causes, which = np.unique(blocks[:, 0].astype(np.int64), return_inverse=True)
-    texts = [str(text_of(cause, user.safety)) for cause in causes.tolist()]
+    texts = [str(text_of(cause, user.given_safety)) for cause in causes.tolist()]
     own = accounts_of_user(run.scenario.controller, run.scenario.channel, user.master)
     return UserTraces(
         name=user.name, tick_s=tick_s, time_s=every.astype(np.float64) * tick_s, tick=every,
@@ -170,7 +171,8 @@ def _user(run: Run, number: int) -> UserTraces:
         energy=dict(zip(ENERGIES, blocks[:, [4, 5, 6, 7, 2, 3]].T.copy(), strict=True)),
         accounts={each.name: blocks[:, 8 + k].copy() for k, each in enumerate(own)},
         changes=np.zeros(len(ends), dtype=np.int64), looked_ns=np.zeros(ticks, dtype=np.int64),
-        safety_events=int(blocks[-1, 1]), **dict(zip(SIGNALS, signals, strict=True)),
+        safety_events=int(blocks[-1, 1]), orientation=np.zeros((len(ends), 0)),
+        **dict(zip(SIGNALS, signals, strict=True)),
     )  # fmt: skip
 
 

@@ -46,7 +46,7 @@ class SimulatedUser:
 
     def change(self, old: User, new: User) -> None:
         """Hand over the groups of parameters that differ to the loop and the links."""
-        both = {name: (getattr(old, name), getattr(new, name)) for name in ("master", "safety")}
+        both = {n: (getattr(old, n), getattr(new, n)) for n in ("master", "given_safety")}
         if groups := {name: other for name, (one, other) in both.items() if other != one}:
             self.loop.hand_over(partial(self.loop.configure, **groups))
         if new.link_up != old.link_up:
@@ -57,7 +57,7 @@ class SimulatedUser:
     def send(self, until_ns: int) -> bool:
         """Send the packet of a frame that starts by then [ns]; tell whether a tick is due."""
         ticks = self.ticks
-        if not ticks.are_due(until_ns):
+        if not (ticks.next < len(ticks.at_ns) and ticks.at_ns[ticks.next] <= until_ns):
             return False
         for _ in ticks.passing(self._catch_up):
             self.device.sense(self._acts)
@@ -124,7 +124,9 @@ class VirtualTime:
         self._on_frame, self._on_step = on_frame, on_step
         self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
         recorded = conditions.steps
-        self._steps: Iterator[Step] = recorded.in_order() if recorded else self._on_grid(ticks)
+        self._steps: Iterator[Any] = self._on_grid(ticks)
+        if recorded:
+            self._steps = zip(*(column.tolist() for column in recorded), strict=True)
         self._recorded, self._due = recorded is not None, -1  # tick of the next step
         self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 

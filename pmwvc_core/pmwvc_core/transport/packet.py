@@ -28,6 +28,7 @@ from typing import Protocol
 
 from pmwvc_core.account import Passage
 from pmwvc_core.numeric import Value
+from pmwvc_core.transport.orientation import AXES, Orientation
 
 # With what is in flight; without waves of both directions together.
 LINK_UP = Passage("link_up", ("u_tx",), ("u_s",))
@@ -58,7 +59,7 @@ class Receipt(enum.Enum):
     OTHER_SESSION = "of another session"
     FORGED = "forged"  # without the token of the user it claims to be from
     FLOOD = "beyond the rate of a sender"
-    MALFORMED = "malformed"  # not a packet, or fields of the wrong type
+    MALFORMED = "malformed"  # not a packet, fields of the wrong type, or no orientation
     NOT_FINITE = "not finite"
     WRONG_LENGTH = "wrong length"
     WRONG_PERIOD = "wrong period"
@@ -84,6 +85,7 @@ class WavePacket:
     echo_hold_ns: int = 0  # and how long ago it came in here
     flags: int = 0
     extra: tuple[float, ...] = ()  # signals beside the wave, as the controller declares them
+    orientation: Orientation = ()  # of the sending end, x y z w; () below six axes
     session: int = 0  # number of the session, 0: an open one
     came_ns: int = 0  # this end's clock at reception where known; no field of the message
     refusal: Receipt | None = None  # found before the receiver, which counts it; no field either
@@ -112,7 +114,7 @@ class PacketLink(Protocol):
 
 def size_bytes(dof: int, extra: int = 0) -> int:
     """Return the size of a serialized Wave message (CDR), with ``extra`` signals."""
-    return 124 + 24 * dof + 8 * extra
+    return 124 + 24 * dof + 8 * extra + 40 * (dof == AXES)
 
 
 KEY_BYTES = 32

@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from pmwvc_core.numeric import Value, finite, squared
+from pmwvc_core.transport.orientation import AXES, Orientation, unit
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Receipt, WavePacket, ahead
 from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 
@@ -57,6 +58,7 @@ class Receiver:
         self.lost = 0  # numbers skipped and not come since
         self.newest: WavePacket | None = None  # accepted; None before the first
         self.round_trip_s: float | None = None
+        self.orientation: Orientation = ()  # of the newest, x y z w
         self.silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
         self.accepted_ns = 0  # when the newest was taken,
         self.came_ns = 0  # and when it reached this end, which may be before
@@ -113,11 +115,14 @@ class Receiver:
         if packet.refusal is not None or not 1 <= packet.seq < 1 << 32:  # uint32 in the message
             return packet.refusal or Receipt.MALFORMED
         signals, dof = (packet.wave, packet.integral, packet.position), self.dof
-        if not all(map(finite, (*signals, packet.energy, packet.period, *packet.extra))):
+        others = packet.energy, packet.period, *packet.extra, *packet.orientation
+        if not all(map(finite, (*signals, *others))):
             return Receipt.NOT_FINITE
         for value in signals:  # the zero of a start has any number of axes
             if value.shape != (dof,) if isinstance(value, np.ndarray) else dof > 1 and value:
                 return Receipt.WRONG_LENGTH
+        if dof == AXES and not unit(packet.orientation, self.orientation):
+            return Receipt.MALFORMED
         if not (
             0.0 < packet.period <= LONGEST_PERIOD_S
             if self._any_period
@@ -156,6 +161,7 @@ class Receiver:
             self._seen, self._first = 1, packet.seq
             self.path.restart()
         self.newest, self._left = packet, bool(packet.flags & FLAG_LEAVING)
+        self.orientation = unit(packet.orientation, self.orientation)
         self.accepted_ns = now_ns
         self.came_ns = came_ns = packet.came_ns or now_ns
         self.path.add(packet, came_ns)

@@ -3,11 +3,11 @@
 """The interface between the force loop and a haptic device, and the comparison of what a device
 declares with the parameters of its user.
 
-A device speaks SI units in the axes of the world (axis 0 is +x, along which the users meet) and
-converts its own inside. Limits of force, slope and speed are not its business: the safety layer
-stands between controller and device, the same for all devices. Vendor libraries are imported in
-``open``, not at the top of a module, so that a list of what is installed never fails. A
-laboratory adds a device by a package of its own that names a :data:`DeviceFactory` as an entry
+A device speaks SI units in axes of its own, and declares which of them are x, y and z of the world
+(axis 0 is +x, along which the users meet). Limits of force, slope and speed are not its business:
+the safety layer stands between controller and device, the same for all. Vendor libraries are
+imported in ``open``, not at the top of a module, so that a list of what is installed never fails.
+A laboratory adds a device by a package of its own that names a :data:`DeviceFactory` as an entry
 point of the group ``pmwvc.devices``; nothing here changes.
 """
 
@@ -22,6 +22,7 @@ from pmwvc_core.frame import STALE_NS, DeviceSample
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams
+from pmwvc_core.params.user import scaled
 from pmwvc_core.plugins import PluginGroup
 from pmwvc_core.wave.impedance import impedance_of, largest
 
@@ -49,6 +50,8 @@ class DeviceInfo:
     encoder_step_m: float | None = None  # resolution of the position [m]
     velocity: Literal["measured", "estimated"] = "measured"
     hand_force_known: bool = False
+    axes: str = ""  # of the device along x, y, z of the world, like "y -x z"; empty: the same
+    buttons: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +65,13 @@ class DeviceSetup:
     side: int  # of the object the user is on: -1 pushes towards +x
     half_width_m: float  # of the object [m]
     start_m: float  # on axis 0 [m]
+    lever_m: float  # axes 4 to 6 are a turn times this
     seed: int
     device: DeviceParams
     operator: OperatorParams
     task: TaskParams
     node: Any = None
+    max_slew_n_s: float = SafetyParams.max_slew  # of the device's force
 
 
 class HapticDevice(Protocol):
@@ -92,7 +97,7 @@ class HapticDevice(Protocol):
         """Set the force to zero; may be called more than once; called on every way out."""
 
     def close(self) -> None:
-        """Give the device back."""
+        """Give the device back; called where ``open`` failed, too."""
 
 
 DeviceFactory: TypeAlias = Callable[[DeviceSetup], HapticDevice]
@@ -101,20 +106,6 @@ PLUGINS = PluginGroup(
     calls=(("open",), ("read",), ("write",), ("couple",), ("stop",), ("close",)),
     attributes=("info",), error=DeviceError,
 )  # fmt: skip
-
-
-def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
-    """Make the device of a plug-in; it is not opened yet. DeviceError where there is no such
-    plug-in (naming those there are), or what it makes is no device with that many axes.
-    """
-    device: HapticDevice = PLUGINS.make(name, setup)
-    if device.info.dof != setup.dof:
-        text = f"{device.info.dof} axes where dof = {setup.dof} is asked for"
-        raise DeviceError(f"device.plugin = {name!r} has {text}")
-    from pmwvc_master.devices.plausible import Plausible
-
-    tell = print if setup.node is None else setup.node.get_logger().warning
-    return device if device.info.hand_force_known else Plausible(device, tell)
 
 
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
@@ -147,18 +138,18 @@ def warnings_of_device(
         yield f"safety.max_force = {force_n:g} N: the device holds {lasting:g} N for long; {text}"
     if waves and mass is not None:
         impedance = largest(impedance_of(master))
-        ratio = impedance * master.tick_s / mass
+        ratio = impedance * device.scale**2 * master.tick_s / mass
         if ratio >= 1.0:
             yield (
-                f"b T_c/m = {ratio:.2f} on this device ({impedance:g} N s/m, "
+                f"b T_c/m = {ratio:.2f} on this device ({impedance * device.scale**2:g} N s/m, "
                 f"{master.tick_s * 1e3:g} ms, {mass:g} kg): the rendered damping "
                 f"{'is unstable' if ratio >= 2.0 else 'overshoots'} unless the hand adds mass or "
-                f"damping; below 1 needs master.impedance < {mass / master.tick_s:g} N s/m"
+                f"damping; below 1 needs master.impedance < {impedance / ratio:g} N s/m"
             )
     step_m = info.encoder_step_m or device.encoder_step_m
     if strict and step_m > 0.0 and info.velocity == "estimated":
         real = dataclasses.replace(device, mass=mass or device.mass, encoder_step_m=step_m)
-        yield count_bound(master, real).text
+        yield count_bound(master, scaled(real, device.scale)).text
     for name, assumed, declared, unit in (
         ("mass", device.mass, mass, "kg"),
         ("damping", device.damping, info.apparent_damping, "N s/m"),

@@ -22,7 +22,8 @@ from pmwvc_core.numeric import Array, flatten
 from pmwvc_core.plugins import installed
 from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_core.runtime.process import refuse_undeclared
-from pmwvc_master.devices import PLUGINS, HapticDevice, limits_of, make_device
+from pmwvc_master.devices import PLUGINS, HapticDevice, limits_of
+from pmwvc_master.devices.mapped import make_device
 from pmwvc_master.devices.plausible import OFF, Slope
 from pmwvc_master.settings import declare_settings
 
@@ -170,9 +171,12 @@ def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine
         node = Node("check", namespace="check", **options)
         ends.callback(node.destroy_node)
         settings = declare_settings(node, lambda _: None, lambda _: None)
+        if settings.device.is_simulated:
+            text = "its hand moves in sessions only; check a device that is there"
+            raise DeviceError(f"device.plugin = {settings.device.plugin!r}: {text}")
         device = make_device(settings.device.plugin, settings.device_setup(node))
         refuse_undeclared(node)
-        most_n = min(limits_of(device.info, settings.safety).max_force, LARGEST_N)
+        most_n = min(limits_of(device.info, settings.given_safety).max_force, LARGEST_N)
         if not 0.0 <= push_n <= most_n:
             raise DeviceError(f"--force {push_n:g}: must be 0..{most_n:g} N")
         device.open()

@@ -7,12 +7,12 @@ over 20 ms, which would make them 10 ms late; here over one tick. A negative res
 such a read, or the one after a force that was refused, is invalid; 1: nothing new.
 """
 
-from ctypes import POINTER, byref, c_byte, c_char_p, c_double, c_int, c_ubyte, c_ushort
+from ctypes import POINTER, byref, c_byte, c_char_p, c_double, c_int, c_ubyte, c_uint, c_ushort
 from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import DeviceSample, DeviceSetup
 from pmwvc_master.devices.vendor import VendorDevice, VendorParams, library_calls, plugged_in
@@ -30,6 +30,7 @@ _CALLS = {
     "dhdGetSerialNumber": (c_int, (POINTER(c_ushort), c_byte)),
     "dhdConfigLinearVelocity": (c_int, (c_int, c_int, c_byte)),
     "dhdGetStatus": (c_int, (POINTER(c_int), c_byte)), "dhdGetPosition": (c_int, _VECTOR),
+    "dhdGetButtonMask": (c_uint, (c_byte,)),
     "dhdGetLinearVelocity": (c_int, _VECTOR), "dhdSetForce": (c_int, (*(c_double,) * 3, c_byte)),
 }  # fmt: skip
 
@@ -41,11 +42,12 @@ class ForceDimensionParams(VendorParams):
     model: str = fixed("omega.3", "-", "model whose profile applies, or a YAML file with one")
     serial: int = fixed(0, ">= 0", "serial number (0: the first that is free)")
     library: str = fixed("", "-", "path of libdhd (empty: where the system finds it)")
-    axes: str = fixed("y -x z", "-", "axes of the device that are axes 0, 1, 2 of the world")
 
 
 class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
     """One device at the library."""
+
+    axes, buttons = "y -x z", 32
 
     def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
         super().__init__("force_dimension", setup, ForceDimensionParams, params)
@@ -68,16 +70,10 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
             text = f"no {f'serial = {serial}' if serial else 'device'} can be opened"
             ways = "plug it in, switch it on, end other programs on it; see pmwvc devices"
             raise DeviceError(f"force_dimension: {text} ({self._error()}): {ways}")
-        try:
-            self._check()
-            self._do("dhdConfigLinearVelocity", max(round(self._tick_s * 1e3), 1), 0)
-            self.read(0)
-            self._refuse_far()
-            self._do("dhdSetForce", 0.0, 0.0, 0.0)
-            self._do("dhdEnableForce", 1)
-        except DeviceError:
-            self.close()
-            raise
+        self._check()
+        self._do("dhdConfigLinearVelocity", max(round(self._tick_s * 1e3), 1), 0)
+        self._do("dhdSetForce", 0.0, 0.0, 0.0)
+        self._do("dhdEnableForce", 1)
 
     def _check(self) -> None:
         """Refuse another model, and a device without power or calibration."""
@@ -107,12 +103,13 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
             self._sense([each.value for each in self._x], [each.value for each in self._xd])
         self._sample.valid &= known and not self._refused
         self._sample.fresh = there != NOTHING_NEW
+        self._sample.buttons = self._dhd["dhdGetButtonMask"](self._id)
         return self._sample
 
     def write(self, f_m: Value) -> None:
         """Push the hand until the next call."""
         if self._id >= 0:
-            self._refused = self._dhd["dhdSetForce"](*self._axes.on_hand(f_m), self._id) < 0
+            self._refused = self._dhd["dhdSetForce"](*-flatten(f_m), self._id) < 0
 
     def close(self) -> None:
         """Switch the forces off and give the device back."""

@@ -26,7 +26,7 @@ from websockets.exceptions import WebSocketException
 from websockets.uri import parse_uri
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import fixed
 from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
 from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
@@ -47,11 +47,12 @@ class HaplyParams(VendorParams):
     model: str = fixed("inverse3", "-", "model whose profile applies, or a YAML file with one")
     service: str = fixed("ws://localhost:10001", "-", "address of the Inverse Service")
     device_id: str = fixed("", "-", "id of the device (empty: the only one)")
-    axes: str = fixed("x y z", "-", "axes of the device that are axes 0, 1, 2 of the world")
 
 
 class HaplyDevice(VendorDevice[HaplyParams]):
-    """One device of the service."""
+    """One device of the service; buttons are those of the first wireless VerseGrip."""
+
+    buttons = 3
 
     def __init__(self, setup: DeviceSetup, params: HaplyParams | None = None) -> None:
         super().__init__("haply", setup, HaplyParams, params)
@@ -76,7 +77,6 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         except (LinkLost, OSError) as error:
             raise DeviceError(f"{self._where}: {error}; {START}") from error
         self._accept(state, self._asked.popleft())
-        self._refuse_far()
         if not self._sample.valid:
             text = "sends no position, is not calibrated or has no power"
             raise DeviceError(f"haply device {self._id}: {text}")
@@ -87,7 +87,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         uri = parse_uri(HaplyParams().service)
         try:
             with contextlib.closing(InverseLink(uri, socket.gethostbyname(uri.host))) as link:
-                there = devices_of(first_of(link))
+                there = devices_of(json.loads(first_of(link)))
         except (LinkLost, OSError, *NO_STATE) as error:
             raise DeviceError(f"no Inverse Service at {HaplyParams().service}: {START}") from error
         return f"the service has {', '.join(there) or 'no device: plug it in and switch it on'}"
@@ -95,7 +95,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
     def _meet(self, snapshot: bytes) -> None:
         """Choose the device from the first message of a connection, which has all settings."""
         try:
-            there = devices_of(snapshot)
+            there = devices_of(json.loads(snapshot))
         except NO_STATE:
             raise LinkLost("what answers is no Inverse Service") from None
         if self._id not in there and (self._id or len(there) != 1):
@@ -156,10 +156,11 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         """Take a state over."""
         self._sample.valid = False
         with contextlib.suppress(*NO_STATE):
-            found = devices_of(message)[self._id]
+            found = devices_of(there := json.loads(message))[self._id]
             state, status = found["state"], found.get("status", {})
             x, xd = ([float(state[f"cursor_{n}"][axis]) for axis in "xyz"] for n in MOTION)
             self._sense(x, xd, self._centre)
+            self._sample.buttons = buttons_of(there)
             self._sample.valid &= all(status.get(n, True) for n in ("calibrated", "power_supply"))
         self._sample.fresh, self._sample.measured_ns = True, measured_ns
 
@@ -167,7 +168,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         """Send the force on the hand at once."""
         if self._link is None or not self._form:
             return
-        vector = dict(zip("xyz", self._axes.on_hand(f_m), strict=True))
+        vector = dict(zip("xyz", (-flatten(f_m)).tolist(), strict=True))
         force = {"set_cursor_force": {self._form: vector}}
         message = {"inverse3": [{"device_id": self._id, "commands": force}]}
         try:
@@ -193,6 +194,13 @@ def first_of(link: InverseLink) -> bytes:
     raise LinkLost(f"no answer in {OPEN_S:g} s")
 
 
-def devices_of(message: bytes) -> dict[str, dict[str, Any]]:
+def buttons_of(message: Any) -> int:
+    """Return the buttons a, b, c that are pressed, as bits; none without a grip."""
+    grips = message.get("wireless_verse_grip") or [{}]
+    pressed = grips[0].get("state", {}).get("buttons", {})
+    return sum(bool(pressed.get(name)) << bit for bit, name in enumerate("abc"))
+
+
+def devices_of(message: Any) -> dict[str, dict[str, Any]]:
     """Return the devices of a message by id; one of ``NO_STATE`` where it is none."""
-    return {each["device_id"]: each for each in json.loads(message).get("inverse3", [])}
+    return {each["device_id"]: each for each in message.get("inverse3", [])}

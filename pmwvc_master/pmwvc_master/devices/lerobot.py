@@ -48,7 +48,6 @@ class LerobotParams(VendorParams):
     teleoperator: str = fixed("", "-", "its class, as module:name")
     config: str = fixed("", "-", "its configuration, as 'port=/dev/ttyACM0 id=left'")
     feedback: str = fixed("torque", "-", "end of the names of a joint's feedback, in N m")
-    axes: str = fixed("x y z", "-", "axes of the base that are axes 0, 1, 2 of the world")
 
 
 class LerobotDevice(ThreadedDevice[LerobotParams]):
@@ -75,25 +74,19 @@ class LerobotDevice(ThreadedDevice[LerobotParams]):
         """Make and connect the arm, see that it takes forces, start its thread."""
         p, (module, _, name) = self._params, self._params.teleoperator.partition(":")
         where = f"lerobot.teleoperator = {p.teleoperator!r}, lerobot.config = {p.config!r}"
-        try:
-            with refused(where, DeviceError, "opened"):
-                kind = getattr(importlib.import_module(module), name)
-                config = dict(each.split("=", 1) for each in p.config.split())
-                self._take(name, config.get("port") or config.get("id", ""))
-                self._arm = kind(kind.config_class(**config))
-                self._arm.connect(calibrate=False)
-                if not self._arm.is_calibrated:
-                    raise DeviceError(f"{where} is not calibrated: lerobot-calibrate")
-                if lacks := set(self._keys) - set(takes := self._arm.feedback_features):
-                    raise DeviceError(
-                        f"{where} takes no {min(lacks)}, but {[*takes] or 'nothing'}"
-                    )
-                self._exchange()
-            self._thread.start()
-            self._await_first()
-        except DeviceError:
-            self.close()
-            raise
+        with refused(where, DeviceError, "opened"):
+            kind = getattr(importlib.import_module(module), name)
+            config = dict(each.split("=", 1) for each in p.config.split())
+            self._take(name, config.get("port") or config.get("id", ""))
+            self._arm = kind(kind.config_class(**config))
+            self._arm.connect(calibrate=False)
+            if not self._arm.is_calibrated:
+                raise DeviceError(f"{where} is not calibrated: lerobot-calibrate")
+            if lacks := set(self._keys) - set(takes := self._arm.feedback_features):
+                raise DeviceError(f"{where} takes no {min(lacks)}, but {[*takes] or 'nothing'}")
+            self._exchange()
+        self._thread.start()
+        self._await_first()
 
     def _exchange(self) -> None:
         """Read the joints, and set the torques of the force."""

@@ -8,29 +8,22 @@ the velocities sum up to V; over a second, unless at rest::
     ratio = sum(V . D) / sum(D . D)        1 where both are the same motion
 """
 
+import math
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
-from pmwvc_core.numeric import Array, Value, dot, flatten
+from pmwvc_core.law.safety.limits import REACH
+from pmwvc_core.numeric import Value, dot, flatten
 from pmwvc_master.devices import HapticDevice
 
 FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
 BLOCK_NS, SECOND_NS = 20_000_000, 1_000_000_000
 MOVED_M2 = 50 * 0.0003**2  # sum of D . D of a second in which something moved
 OFF, SPAN = 2.0, 5  # ratio from which, or its inverse, velocities are estimated; of samples
-
-
-def beyond(x: Sequence[float] | Array, workspace_m: float | None) -> str:
-    """Return what is wrong with a position that no hand can be at; empty where it can."""
-    limit_m = FARTHEST_M if workspace_m is None else FAR * workspace_m
-    if not any(abs(each) > limit_m for each in x):
-        return ""
-    at = ", ".join(f"{each:.4g}" for each in x)
-    return f"position ({at}) m from the middle, at most {limit_m:.4g} m can be: are these mm?"
 
 
 class Slope:
@@ -68,24 +61,36 @@ class Plausible:
         self.stop, self.close = device.stop, device.close
         self._slope, self._wrong, self._far = Slope(), False, ""
         self._seen: deque[tuple[int, Value]] = deque(maxlen=SPAN)
+        workspace_m = device.info.workspace_m
+        self._most_m = FARTHEST_M if workspace_m is None else FAR * workspace_m
+        self._reach_m = math.inf if workspace_m is None else REACH * workspace_m
 
     def open(self) -> None:
         """Open the device; DeviceError where its position cannot be one in metres."""
-        self._device.open()
-        self.read(time.monotonic_ns())
-        if self._far:
+        try:
+            self._device.open()
+            self.read(time.monotonic_ns())
+            if self._far:
+                raise DeviceError(self._far)
+        except DeviceError:
             self.close()
-            raise DeviceError(f"{self.info.model}: {self._far}")
+            raise
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return the sample, invalid beyond any workspace, its velocity estimated if need be."""
         sample = self._device.read(due_ns)
-        if sample.valid and (problem := beyond(flatten(sample.x), self.info.workspace_m)):
-            if not self._far:
-                self._tell(f"{self.info.model}: {problem}")
-            self._far, sample = problem, replace(sample, valid=False)  # the object is the device's
         if not sample.valid:
             return sample
+        at_m = flatten(sample.x)[:3]
+        if (abs(at_m) > self._most_m).any():
+            if not self._far:
+                at = ", ".join(f"{each:.4g}" for each in at_m)
+                most = f"at most {self._most_m:.4g} m can be: are these mm?"
+                self._far = f"{self.info.model}: position ({at}) m from the middle, {most}"
+                self._tell(self._far)
+            return replace(sample, valid=False)  # the object is the device's
+        if (abs(at_m) > self._reach_m).any():
+            sample = replace(sample, outside=True)
         if sample.fresh:
             now_ns = due_ns if sample.measured_ns is None else sample.measured_ns
             ratio = self._slope.add(now_ns, sample.x, sample.xd)

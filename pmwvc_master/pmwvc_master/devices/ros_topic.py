@@ -25,10 +25,9 @@ from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.numeric import Value, finite, flatten
-from pmwvc_core.runtime.parameters import declare
 from pmwvc_core.runtime.topics import Polled
 from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
-from pmwvc_master.devices.turn import Turn, TurnParams
+from pmwvc_master.devices.turn import Turn
 
 # A reliable publisher matches as well.
 HAND_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -106,7 +105,7 @@ class RosTopicDevice:
             raise DeviceError(
                 f"device.plugin = 'ros_topic': dof = {self._dof}: must be 1 to 3, or 6"
             )
-        self._turn = Turn(declare(self._node, "ros_topic", TurnParams).lever_m)
+        self._turn = Turn(setup.lever_m)
         self.info = DeviceInfo("ROS topics", self._dof, velocity="estimated")
         self._zero = value((0.0,) * setup.dof)
         start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
@@ -152,6 +151,7 @@ class RosTopicDevice:
             elif span_ns:
                 sample.xd = self._zero
         sample.x, self._pose_ns, self._stamp_ns = x, now_ns, stamp_ns
+        sample.orientation = self._turn.orientation
         sample.valid = sample.fresh = True
 
     def write(self, f_m: Value) -> None:

@@ -4,11 +4,14 @@
 
 Time passes on the loop's grid: a read advances the device from the last read to now, tick by
 tick, with the force written last held. A tick that the loop missed passes too, as it would on a
-real device, but not more than ``CATCH_UP_S`` at once.
+real device, but not more than ``CATCH_UP_S`` at once. The hand aims at what it sees: its equations
+are those behind ``device.scale``.
 """
 
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant
 from pmwvc_core.numeric import Value
+from pmwvc_core.params.user import scaled
 from pmwvc_core.plant.hand import Place
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
@@ -29,8 +32,10 @@ class SimulatedDevice:
         self._tick_ns = round(setup.tick_s * 1e9)
         self._catch_up = max(1, round(CATCH_UP_S / setup.tick_s))
         at = Place(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)
-        hand = make_hand(setup.operator, setup.task, at)
-        self._plant = DevicePlant(setup.device, hand, at.start, tick_s=at.tick_s)
+        hand, scale = make_hand(setup.operator, setup.task, at), setup.device.scale
+        self._plant = DevicePlant(scaled(setup.device, scale), hand, at.start, tick_s=at.tick_s)
+        self._scale = value((*(scale,) * 3, 1.0, 1.0, 1.0)[: setup.dof])
+        self._sample = DeviceSample()
         if setup.node is not None and setup.operator.is_remote:
             self._plant.listen(HandTopics(setup.node, dof=setup.dof).take)
         self._coupled = False
@@ -49,11 +54,14 @@ class SimulatedDevice:
                     self._plant.sense(self._coupled)
                 self._plant.step(self._f_m)
         self._last_ns = due_ns
-        return self._plant.sense(self._coupled)
+        seen, own = self._plant.sense(self._coupled), self._sample
+        own.x, own.xd = seen.x / self._scale, seen.xd / self._scale
+        own.f_h, own.work = seen.f_h * self._scale, seen.work
+        return own
 
     def write(self, f_m: Value) -> None:
         """Hold the force until the next tick."""
-        self._f_m = f_m
+        self._f_m = f_m / self._scale
 
     def couple(self) -> None:
         """Let the hand begin."""

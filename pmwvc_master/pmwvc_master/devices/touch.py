@@ -20,7 +20,7 @@ from pmwvc_master.devices.vendor import Measurement, ThreadedDevice, VendorParam
 VENDOR, SDK = "2988", "OpenHaptics SDK"
 LIBRARIES = ("libHD.so", "libHD.so.3.4")
 MM, NONE, PRIORITY, CONTINUE = 1e-3, 0xFFFFFFFF, 0x7FFF, 1
-POSITION, VELOCITY, FORCE, FORCE_OUTPUT = 0x2050, 0x2051, 0x2700, 0x4000
+BUTTONS, POSITION, VELOCITY, FORCE, FORCE_OUTPUT = 0x2000, 0x2050, 0x2051, 0x2700, 0x4000
 MODEL, SERIAL, CALIBRATION_STYLE, MAX_FORCE = 0x2501, 0x2504, 0x2555, 0x2603
 CALIBRATED, NEEDS_UPDATE = 0x5000, 0x5001
 _CALLBACK, _THREE = ctypes.CFUNCTYPE(c_uint, c_void_p), c_double * 3
@@ -52,11 +52,12 @@ class TouchParams(VendorParams):
     device: str = fixed("", "-", "name given in the vendor's setup (empty: its default device)")
     serial: str = fixed("", "-", "serial number that it must have (empty: any)")
     library: str = fixed("", "-", "path of libHD (empty: where the system finds it)")
-    axes: str = fixed("x -z y", "-", "axes of the device that are axes 0, 1, 2 of the world")
 
 
 class TouchDevice(ThreadedDevice[TouchParams]):
     """One device at the library."""
+
+    axes, buttons = "x -z y", 2
 
     def __init__(self, setup: DeviceSetup, params: TouchParams | None = None) -> None:
         super().__init__("touch", setup, TouchParams, params)
@@ -74,19 +75,15 @@ class TouchDevice(ThreadedDevice[TouchParams]):
         name = self._params.device
         self._hd = hd = vendor.library_calls("touch", self._params.library, LIBRARIES, _CALLS, SDK)
         self._id = hd["hdInitDevice"](name.encode() or None)
-        try:
-            if (problem := self._error()) or self._id == NONE:
-                ways = "plug it in, name it in the vendor's setup, end other programs that use it"
-                raise DeviceError(f"touch.device = {name!r}: cannot be opened ({problem}): {ways}")
-            hd["hdMakeCurrentDevice"](self._id)
-            self._check()
-            hd["hdEnable"](FORCE_OUTPUT)
-            self._scheduled = hd["hdScheduleAsynchronous"](self._callback, None, PRIORITY)
-            hd["hdStartScheduler"]()
-            self._await_first()
-        except DeviceError:
-            self.close()
-            raise
+        if (problem := self._error()) or self._id == NONE:
+            ways = "plug it in, name it in the vendor's setup, end other programs that use it"
+            raise DeviceError(f"touch.device = {name!r}: cannot be opened ({problem}): {ways}")
+        hd["hdMakeCurrentDevice"](self._id)
+        self._check()
+        hd["hdEnable"](FORCE_OUTPUT)
+        self._scheduled = hd["hdScheduleAsynchronous"](self._callback, None, PRIORITY)
+        hd["hdStartScheduler"]()
+        self._await_first()
 
     def _check(self) -> None:
         """Refuse another device or model, and one that is not calibrated."""
@@ -113,11 +110,12 @@ class TouchDevice(ThreadedDevice[TouchParams]):
         hd["hdBeginFrame"](self._id)
         hd["hdGetDoublev"](POSITION, self._x)
         hd["hdGetDoublev"](VELOCITY, self._xd)
+        hd["hdGetIntegerv"](BUTTONS, buttons := c_int())
         hd["hdSetDoublev"](FORCE, _THREE(*self._force(now_ns)))
         hd["hdEndFrame"](self._id)
         if not hd["hdGetError"]().code:
             x, xd = ([MM * each for each in vector] for vector in (self._x, self._xd))
-            self._newest = Measurement(now_ns, x, xd)
+            self._newest = Measurement(now_ns, x, xd, buttons.value)
         return CONTINUE
 
     def close(self) -> None:

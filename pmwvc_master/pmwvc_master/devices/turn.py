@@ -1,42 +1,27 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The turn of a handle as axes 4 to 6.
-
-Its way is l times the sum of the turns between samples, each as a vector in world axes.
-"""
+"""The turn of a handle as axes 4 to 6: l times the sum of the turns between samples."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pmwvc_core.params.fields import Validated, fixed
-
-UNIT = 2e-3  # |q|^2 is 1 within
-
-
-@dataclass(frozen=True)
-class TurnParams(Validated):
-    """What a driver's orientations need."""
-
-    lever_m: float = fixed(0.05, "> 0 m", "l, the same as server.lever_m")
+from pmwvc_core.transport.orientation import unit
 
 
 class Turn:
-    """The way of a handle that turns [m]."""
+    """A handle that turns: its way with a lever [m], and its orientation x y z w."""
 
     def __init__(self, lever_m: float) -> None:
         self.way, self.lever_m = np.zeros(3), lever_m
-        self._turned: Rotation | None = None
+        self.orientation: tuple[float, ...] = ()
 
     def add(self, quaternion: Sequence[float]) -> bool:
         """Take an orientation, a unit quaternion x y z w; tell whether it was one."""
-        q = np.array(quaternion)
-        if not abs(float(q @ q) - 1.0) < UNIT:
-            return False
-        turned = Rotation.from_quat(q)
-        if self._turned is not None:
-            self.way = self.way + self.lever_m * (turned * self._turned.inv()).as_rotvec()
-        self._turned = turned
-        return True
+        q, before = unit(quaternion, self.orientation), self.orientation
+        if q and before:
+            turn = Rotation.from_quat(q) * Rotation.from_quat(before).inv()
+            self.way = self.way + self.lever_m * turn.as_rotvec()
+        self.orientation = q or before
+        return bool(q)

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What devices of vendors have in common: a profile, axes, parameters, one master each; a thread
-that serves some; calls of a C library.
+"""What devices of vendors have in common: a profile, parameters, one master each; a thread that
+serves some; calls of a C library.
 """
 
 import math
 import os
-import re
 import socket
 import time
 from abc import ABC, abstractmethod
@@ -16,26 +15,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from pmwvc_core.ends.inbox import value
+import numpy as np
+
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import Validated
 from pmwvc_core.runtime.parameters import declare
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
-from pmwvc_master.devices.plausible import beyond
 from pmwvc_master.devices.profile import ORIGIN, Vector3, models_of, profile_of
 
-MOST_AXES, OPEN_S = 3, 3.0
+AXES, OPEN_S = 3, 3.0
 USB, NODES = Path("/sys/bus/usb/devices"), Path("/dev/bus/usb")
 
 
 @dataclass(frozen=True)
 class VendorParams(Validated):
-    """What the parameters of each have: the model of its profile, and ``Axes``."""
+    """What the parameters of each have: the model of its profile."""
 
     model: str = ""
-    axes: str = ""
 
 
 P = TypeVar("P", bound=VendorParams)
@@ -47,35 +45,13 @@ class Measurement(NamedTuple):
     at_ns: int
     x: Vector3
     xd: Vector3
-
-
-class Axes:
-    """World axes by those of the device: ``y -x z`` makes its y the axis 0, its -x the axis 1."""
-
-    def __init__(self, parameter: str, text: str, setup: DeviceSetup) -> None:
-        found = re.findall(r"(-?)([xyz])", text)
-        if sorted(axis for _, axis in found) != ["x", "y", "z"] or len(text.split()) != 3:
-            raise DeviceError(f"{parameter} = {text!r}: must be x, y and z once, like 'y -x z'")
-        if setup.dof > MOST_AXES:
-            reason = f"has {MOST_AXES} axes; set dof = {setup.dof} to {MOST_AXES} or less"
-            raise DeviceError(f"device.plugin = {setup.device.plugin!r}: {reason}")
-        used = found[: setup.dof]
-        self._axes = [("xyz".index(axis), -1.0 if sign else 1.0) for sign, axis in used]
-
-    def world(self, vector: Vector3) -> Value:
-        """Return a vector of the device in axes of the world."""
-        return value(tuple(sign * vector[at] for at, sign in self._axes))
-
-    def on_hand(self, f_m: Value) -> list[float]:
-        """Return the force on the hand, ``-f_m``, in axes of the device [N]."""
-        force = [0.0, 0.0, 0.0]
-        for (at, sign), each in zip(self._axes, flatten(f_m), strict=True):
-            force[at] = -sign * float(each)
-        return force
+    buttons: int = 0
 
 
 class VendorDevice(ABC, Generic[P]):
     """The part of a device that is alike for all; the force of its hand is not known."""
+
+    axes, buttons = "x y z", 0
 
     def __init__(self, name: str, setup: DeviceSetup, kind: type[P], params: P | None) -> None:
         """Make a device from ``params``; else those that the node was given, or the defaults."""
@@ -83,13 +59,14 @@ class VendorDevice(ABC, Generic[P]):
         self._params = p = params or (kind() if node is None else declare(node, name, kind))
         self._name, self._tick_s = name, setup.tick_s
         known = self._profile = profile_of(name, p.model)
-        self._axes = Axes(f"{name}.axes", p.axes, setup)
         self._claim: socket.socket | None = None
-        self._far = ""  # why a position cannot be one
         known_forces = known.max_force_n, known.continuous_force_n, known.apparent_mass_kg
         known_sizes = known.workspace_m, known.encoder_step_m
-        self.info = DeviceInfo(p.model, setup.dof, *known_forces, None, *known_sizes, "estimated")
-        zero = self._zero = value((0.0,) * setup.dof)
+        self.info = DeviceInfo(
+            p.model, AXES, *known_forces, None, *known_sizes, "estimated",
+            axes=self.axes, buttons=self.buttons,
+        )  # fmt: skip
+        zero = self._zero = np.zeros(AXES)
         self._sample = DeviceSample(zero, zero, zero, valid=False)
 
     def _take(self, kind: Any, serial: str, asked: str = "", text: str = "") -> None:
@@ -125,16 +102,10 @@ class VendorDevice(ABC, Generic[P]):
             self._node.get_logger().info(f"{self.info.model}: {text}")
 
     def _sense(self, x: Vector3, xd: Vector3, centre_m: Vector3 = ORIGIN) -> None:
-        """Take a motion in axes of the device over; it is invalid where it cannot be metres."""
-        from_centre = [a - b for a, b in zip(x, centre_m, strict=True)]
-        self._far = beyond(from_centre, self.info.workspace_m)
-        self._sample.valid = not self._far and all(map(math.isfinite, (*x, *xd)))
+        """Take a motion over; it is invalid where it is none of finite numbers."""
+        self._sample.valid = all(map(math.isfinite, (*x, *xd)))
         if self._sample.valid:
-            self._sample.x, self._sample.xd = self._axes.world(from_centre), self._axes.world(xd)
-
-    def _refuse_far(self) -> None:
-        if self._far:
-            raise DeviceError(f"{self._name}: {self._far}")
+            self._sample.x, self._sample.xd = np.subtract(x, centre_m), np.array(xd)
 
     @abstractmethod
     def write(self, f_m: Value) -> None:
@@ -166,7 +137,6 @@ class ThreadedDevice(VendorDevice[P]):
             time.sleep(0.001)
         if not self.read(time.monotonic_ns()).fresh:
             raise DeviceError(f"{self._name}: no measurement in {OPEN_S:g} s; see the device")
-        self._refuse_far()
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return the newest measurement of the thread; an old one is invalid."""
@@ -174,14 +144,14 @@ class ThreadedDevice(VendorDevice[P]):
         sample.fresh = newest is not None and newest.at_ns != sample.measured_ns
         if newest is not None and sample.fresh:
             self._sense(newest.x, newest.xd, self._profile.centre_m)
-            sample.measured_ns = newest.at_ns
+            sample.measured_ns, sample.buttons = newest.at_ns, newest.buttons
         elif sample.measured_ns is not None:
             sample.valid &= due_ns - sample.measured_ns <= STALE_NS
         return sample
 
     def write(self, f_m: Value) -> None:
         """Push the hand from the thread's next turn on, until the next call here."""
-        self._asked = time.monotonic_ns(), self._axes.on_hand(f_m)
+        self._asked = time.monotonic_ns(), (-flatten(f_m)).tolist()
 
 
 def library_calls(

@@ -147,10 +147,9 @@ class Tape:
                 seq=came[:, 0].astype(np.int64),
                 sent_ns=np.zeros(count, dtype=np.int64),
                 period_s=np.full(count, due_s),
-                wave=none,
-                integral=none,
                 energy=np.zeros(count),
-                position=none,
+                orientation=none[:, :0],
+                **dict.fromkeys(("wave", "integral", "position"), none),
             )
         return found
 

@@ -134,7 +134,11 @@ def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
         course, secant = scaled(step, 1.0 / size), scaled(rise, 1.0 / size)
         slope = _raised(slope, course, secant, now and not before and one_sided, s.scale)
         if before and now:
-            slope = _decayed(slope, course, secant)
+            pull = applied(slope, course)
+            own, excess = dot(pull, course), dot(minus(pull, secant), course)
+            if excess > 0.0 and own > 0.0:
+                part = scaled(pull, min(1.0 - DECAY, excess / own))
+                slope = each(minus, (slope, outer(part, scaled(pull, 1.0 / own))))
     face_at, face_force = s.face_at, s.face_force
     if now:
         face_at, face_force = position, force
@@ -159,15 +163,6 @@ def _raised(slope: Rows, course: Vector, secant: Vector, hits: bool, scale: floa
         return slope
     along = scaled(along, 1.0 / dot(along, course))
     return each(plus, (slope, outer(along, scaled(along, most))))
-
-
-def _decayed(slope: Rows, course: Vector, secant: Vector) -> Rows:
-    pull = applied(slope, course)
-    own, excess = dot(pull, course), dot(minus(pull, secant), course)
-    if excess <= 0.0 or own <= 0.0:
-        return slope
-    part = scaled(pull, min(1.0 - DECAY, excess / own))
-    return each(minus, (slope, outer(part, scaled(pull, 1.0 / own))))
 
 
 def _direction(a: Vector) -> Vector:

@@ -90,11 +90,6 @@ def local_answer(s: LocalModel, u2: Vector, p: SpringDamper, b: Any) -> tuple[Lo
     return _moved(s, f, xd if s.there else zero(xd), p), v2
 
 
-def resting_local(axes: int) -> LocalModel:
-    """Return the model at rest."""
-    return LocalModel((0.0,) * axes, (0.0,) * axes, 0.0, True, 0.0)
-
-
 def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
     dissipated_j = s.dissipated_j + squared(xd) * p.damping * p.tick_s
     return s._replace(x=plus(s.x, scaled(xd, p.tick_s)), dissipated_j=dissipated_j)

@@ -4,7 +4,7 @@
 Research software: not a certified safeguard.
 
 * the force starts at zero, changes by at most ``max_slew * tick_s`` in a tick and is never longer
-  than ``max_force`` (a vector keeps its direction);
+  than ``max_force`` (a vector keeps its direction); of six axes force and torque each by itself;
 * after a start, another server or any recovery it grows from zero over ``soft_start_s``, after a
   silence of the same server from what had not faded, within ``RETURN_S`` (at once with a brake);
   what acted before another server came, or the loop stood still, goes over within ``FADE_S``;
@@ -22,7 +22,7 @@ On the strict channel a brake holds the hand (:mod:`.brakes`). Equations: docs/t
 from typing import NamedTuple
 
 from pmwvc_core.law.safety.brakes import HandBrake, brake_limit, brake_push, holding, loose_brake
-from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, shortened, within, zero
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, shortened, times, within, zero
 
 LOST_S = 1.0
 # Causes of the state of the limits:
@@ -71,6 +71,8 @@ class LimitsParams(NamedTuple):
     reach: float  # [m]
     brakes: bool
     brake_stiffness: float  # [N/m]
+    # force, and of six axes torque: 1 for each of its axes else 0, and its share of force and slew
+    groups: tuple[tuple[Vector, float], ...]
 
 
 def limits_restart(s: Limits) -> Limits:
@@ -103,7 +105,7 @@ def limits(
     fast = active and speed > p.damper_velocity**2
     runs_away = active and speed > p.fault_velocity**2
     fault = s.fault or (RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE)
-    outside = active and not within(x, p.reach)
+    outside = active and not within(times(x, p.groups[0][0]), p.reach)
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and fault == NONE
     gain, push, returns = _faded(s, force, damped, fast, released, p)
@@ -117,10 +119,10 @@ def limits(
         f = f if fast or outside else plus(f, more)
     left = max(s.left - p.tick_s / FADE_S, 0.0) if force and not fast else 0.0
     f = plus(scaled(f, gain * (1.0 - left)), scaled(s.before, left))
-    applied, limited = shortened(f, p.max_force), dot(f, f) > p.max_force**2
-    change = minus(applied, s.f)
-    if dot(change, change) > p.slew**2:
-        applied, limited = plus(s.f, shortened(change, p.slew)), True
+    applied, limited = _capped(f, p.max_force, p)
+    change, sudden = _capped(minus(applied, s.f), p.slew, p)
+    if sudden:
+        applied, limited = plus(s.f, change), True
     unreceived = unreceived and active
     disturbed = gone or (active and (damped or unreceived or not force))
     limited = limited and force and not damped
@@ -139,6 +141,17 @@ def limits(
         ever, missing_s, fault, events, disturbed, limited, cause,
     )  # fmt: skip
     return s, applied
+
+
+def _capped(f: Vector, most: float, p: LimitsParams) -> tuple[Vector, bool]:
+    """Return force and torque, each at most so long, and whether one was longer."""
+    longer = False
+    for i in range(len(p.groups)):
+        axes, share = p.groups[i]
+        part, rest = times(f, axes), minus(f, times(f, axes))
+        longer = longer or dot(part, part) > (most * share) ** 2
+        f = plus(shortened(part, most * share), rest)
+    return f, longer
 
 
 def _faded(

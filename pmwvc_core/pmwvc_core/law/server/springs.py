@@ -100,7 +100,9 @@ def spring_answer(
     p0, c = inward * s.deflection, inward * free
     push = Yield(0.0, c, 0.0)
     if p0 > 0.0 or not s.one_sided:
-        push = _staying(p0, c, b, h, law)
+        gain, pull = 0.5 * law.stiffness * h + law.damping, law.stiffness * p0
+        ratio = 1.0 + gain / b  # inside at both ends: N = K p0 + (K h/2 + B) w
+        push = Yield((pull + gain * c) / ratio, (c - pull / b) / ratio, gain)
         if s.one_sided and not p0 + h * push.rate >= 0.0:
             push = _leaving(p0, c, b, h, law)
     elif p0 + h * c > 0.0:
@@ -109,13 +111,6 @@ def spring_answer(
     if not acts:
         return Yield(0.0, free, 0.0)
     return Yield(inward * push.force, inward * push.rate, push.slope / (1.0 + push.slope / b))
-
-
-def _staying(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Yield:
-    """Inside at both ends: N = K p0 + (K h/2 + B) w."""
-    gain, pull = 0.5 * law.stiffness * h + law.damping, law.stiffness * p0
-    ratio = 1.0 + gain / b
-    return Yield((pull + gain * c) / ratio, (c - pull / b) / ratio, gain)
 
 
 def _leaving(p0: float, c: float, b: float, h: float, law: ContactLaw) -> Yield:

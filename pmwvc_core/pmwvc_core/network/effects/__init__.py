@@ -76,11 +76,6 @@ def longest_s(params: LinkParams) -> float:
     return params.delay_s + sum(math.nan if each is None else each for each in spreads)
 
 
-def unbounded(params: LinkParams) -> list[str]:
-    """Return the effects of which it is not known how much longer the delay becomes."""
-    return [record.name for record in active(params) if record.spread_s(params) is None]
-
-
 def mean_s(params: LinkParams) -> float:
     """Return the mean delay [s], without the effects whose part is not known."""
     return sum(record.mean_s(params) for record in active(params))
