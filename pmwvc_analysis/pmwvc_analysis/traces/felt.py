@@ -120,12 +120,12 @@ def touching(server: ServerTraces, index: int) -> Flags:
 
 
 def stops_s(user: UserTraces, scenario: Scenario | None) -> Array:
-    """Return when a device came to a stop of its workspace, or left one [s]."""
-    known = next((u for u in scenario.users if u.name == user.name), None) if scenario else None
-    if known is None:
+    """Return when a device came to a stop of its workspace, or left one [s]; a turn has none."""
+    users = scenario.users if scenario else ()
+    if (device := next((u.device for u in users if u.name == user.name), None)) is None:
         return np.zeros(0)
-    stop_m = known.device.workspace_m - 0.5 * known.device.encoder_step_m
-    return user.time_s[1:][np.diff(np.abs(user.x_m[:, :3]) >= stop_m, axis=0).any(axis=-1)]
+    stopped = np.abs(user.x_m[:, :3]) >= device.workspace_m - 0.5 * device.encoder_step_m
+    return np.asarray(user.time_s[1:][np.diff(stopped, axis=0).any(axis=-1)])
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
