@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmwvc_analysis.budget.criterion import behind_counts
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.reader import read_scenario, session_of
 from pmwvc_analysis.recording.topics import relayed
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.traces import SessionTraces

@@ -120,7 +120,7 @@ class Session(ABC):
         self.layout = Layout(users, scenario.dof, bodies)
         self._feed = Feed(self.layout, scenario, period_ns=round(SNAPSHOT_S * NS), live=self._live)
         self._lags = description.lags(scenario, live=self._live)
-        self._judge = Judge(self._feed.tape)
+        self._judge = Judge(self._feed.tape, scene)
         self._places: dict[str, Sequence[float] | None] = {}  # targets of hands; None: open [m]
         self._text: dict[str, Any] = {}
         self._polls = 0

@@ -8,8 +8,8 @@ from support.excuses import unless_stalled
 from support.verdicts import given_while_still_j
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.law.port.strict_master import LIMIT_J
 
 pytestmark = pytest.mark.integration

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.simulated import quick_summary
 
-from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one

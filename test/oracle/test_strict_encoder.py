@@ -14,8 +14,8 @@ from support.simulated import quick_summary, simulated
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.criterion import bounded
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.text import encoder_lines
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.law.port.counts import SLOW_S, counts, resting_counts

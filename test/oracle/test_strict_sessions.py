@@ -12,9 +12,9 @@ from support.simulated import judged, least_j, simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import link_charts
 from pmwvc_analysis.figures.recorded import conditions
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety import SafetyState
@@ -194,7 +194,7 @@ def test_all_ports_are_predicted_passive_where_the_accounts_know_the_motion():
     scenario = files.load("carry_16ms", duration_s=2.0)
     broken = copy.deepcopy(judged(scenario))
     owner = broken["passivity"]["ports"][0]["owner"]
-    unknown = f"not all were judged ({owner})"
+    unknown = f"not judged or a loop stood still ({owner})"
     for passive, hit, words in ((None, None, unknown), (False, False, "NOT")):
         broken["passivity"]["ports"][0]["passive"] = passive
         (found,) = [each for each in outcomes(scenario, broken) if each.what == "passivity"]

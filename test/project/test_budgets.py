@@ -72,9 +72,9 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_083,
+        4_075,
         2_500,
-        inside("pmwvc_analysis", "verdicts", "budget", "events", "consistency", "traces"),
+        inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
         3_246,
@@ -82,7 +82,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_123, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_120, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(

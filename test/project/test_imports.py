@@ -51,7 +51,6 @@ CORE = {
 ANALYSIS = {
     "traces": set(),
     "budget": {"traces"},
-    "consistency": {"traces"},
     "events": {"traces"},
     "verdicts": {"traces", "budget", "events", "prediction", "recording"},
     "recording": set(),

@@ -18,8 +18,8 @@ from support.command_line import here
 from support.lab import install
 from support.simulated import quick_summary
 
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import figures
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_bringup import commands, scenarios
 from pmwvc_bringup.cli import ORDER, library
 from pmwvc_core.server.couplings import COUPLINGS

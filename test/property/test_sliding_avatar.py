@@ -14,9 +14,9 @@ from support.law_rigs import Users
 from support.laws import as_written
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events.nodes import of_server
 from pmwvc_analysis.traces.apart import apart
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.law.server import server_port

@@ -15,14 +15,16 @@ from support.handmade import START_NS
 from support.rewriting import raw, unequal, written
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.content import content_of
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session, session_of
 from pmwvc_analysis.session_files import finish
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.simulation.session import simulate_one
 
 LENGTH_S = 0.24
 SCENARIO = handmade.scenario(duration_s=LENGTH_S)
@@ -142,6 +144,15 @@ def test_a_node_that_starts_again_is_no_stranger(own):
     traces, _ = judged([restarted(each) for each in own])
     assert strangers(traces) == []
     assert set(traces.users[0].epoch.tolist()) == {1, 77}
+
+
+def test_a_server_that_steps_once_a_second_is_no_stranger(tmp_path):
+    texts = "server.period_s=1", "link.delay_s=0"
+    slow = scenarios.load("carry_16ms", settings_texts=texts, duration_s=4.0)
+    record_traces(tmp_path, simulate_one(slow), slow)
+    found = finish(tmp_path, figures=False)
+    assert (found["strangers"], found["interrupted"], found["recording"]["holes"]) == ([], [], [])
+    assert found["passivity"]["passive"] is True
 
 
 @given(st.integers(0, 2**32))

@@ -16,7 +16,7 @@ from support.simulated import judged, simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import ScenarioError

@@ -5,6 +5,7 @@
 import numpy as np
 import pytest
 from support import plain as files
+from support.verdicts import active
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -21,7 +22,7 @@ def simulated(name, *settings, duration_s=4.0):
 
 
 def said(found):
-    return [(entry.owner, entry.part) for entry in found.active]
+    return [(entry.owner, entry.part) for entry in active(found)]
 
 
 def test_a_passivity_controller_is_judged_with_the_link_it_pays_for():

@@ -11,8 +11,8 @@ from support.handmade import oscillating
 from support.simulated import quick_summary
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events import events
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.names import Change, changes_text, over_time, read_changes
 from pmwvc_core.simulation.session import simulate, simulate_one

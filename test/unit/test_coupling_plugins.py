@@ -141,7 +141,7 @@ def test_a_step_that_fails_is_solved_exactly_counted_and_named(lab, name, own):
         assert (server.f_s[user][same] == control.server.f_s[user][same]).all()
     fault = f"server.coupling = '{name}' raised ZeroDivisionError: no mass"
     assert traces.metadata["coupling"] == {"contained_steps": "10", "last_fault": fault}
-    text = f"the coupling was replaced by implicit in 10 steps: {fault}"
+    text = f"the coupling failed in 10 steps: {fault}"
     assert any(each["what"] == text for each in complete(traces, known))
     assert inconsistencies(traces, known) == []
     assert "coupling" not in control.metadata

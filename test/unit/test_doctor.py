@@ -10,10 +10,10 @@ import pytest
 from support import handmade
 from support import plain as files
 
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import NOTE, PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_bringup import machine, scenarios
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.simulation.session import simulate_one

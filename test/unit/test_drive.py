@@ -10,6 +10,7 @@ from support.simulated import simulated
 
 from pmwvc_analysis.verdicts.drive import UNKNOWN, drive
 from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 
 DIRECT = ("controller=direct", "link.delay_s=0.016")
@@ -97,6 +98,17 @@ def test_a_constant_force_that_pushes_the_object_to_a_stop_shakes_no_loop():
         assert found.stable is stable, found.why
     made = drive(simulated(scenario), scenario, 3.0, 6.0)  # the control: made on the way
     assert made.share < -0.1 and made.made_j > 1.0 and not made.by_hands
+
+
+def test_an_arm_that_presses_its_device_against_a_stop_shakes_no_loop():
+    """It is a passive arm that follows a smooth target: only the stops make its motion fast."""
+    texts = "device.workspace_m=0.06", "task.distance_m=0.2"
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=6.0)
+    traces = simulated(scenario)
+    assert max(user.x_m.max() for user in traces.users) == 0.06
+    found = verdict(traces, scenario)
+    assert found.stable is None and "a device met its stop 0.51 s" in found.why, found.why
+    assert not any(user["blows"] for user in summary(traces, scenario)["users"])
 
 
 @settings(max_examples=6)

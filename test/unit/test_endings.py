@@ -5,10 +5,13 @@
 import numpy as np
 import pytest
 from support import handmade
+from support import plain as scenarios
 from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.traces.stages import until
+from pmwvc_analysis.verdicts.endings import endings
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
@@ -28,6 +31,13 @@ def test_a_whole_session_passes():
     assert result["check"] == {"passed": True, "reasons": []}
     assert result["interrupted"] == []
     assert result["judged_until_s"] == result["duration_s"]
+
+
+@pytest.mark.parametrize("texts", [["link.schedule=1.5 outage"], ["master.rate_drop=900"]])
+def test_neither_an_outage_nor_a_slow_sender_ends_an_emulator(texts):
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)
+    traces = simulate_one(scenario)
+    assert endings(traces, complete(traces, scenario), scenario) == []
 
 
 @pytest.mark.parametrize("who", ["server", "netem"])

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from support import handmade
 from support import plain as scenarios
 from support.handmade import FRAME_S
+from support.verdicts import active
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.events.events import complete
@@ -123,10 +124,10 @@ def test_steps_of_the_server_that_are_missing_make_no_component_active(hole):
     """Its parts are summed step by step: behind a hole nothing is known of them."""
     scenario = scenarios.load("wall_slow", duration_s=3.0)
     traces = simulate_one(scenario)
-    assert not [each for each in budget(traces, scenario).active if each.owner == "server"]
+    assert not [each for each in active(budget(traces, scenario)) if each.owner == "server"]
     handmade.without_steps(traces.server, hole)
     energies = budget(traces, scenario)
-    assert not [each for each in energies.active if each.owner == "server"]
+    assert not [each for each in active(energies) if each.owner == "server"]
     of_server = [each for each in energies.findings if each.owner == "server"]
     assert {each.passive for each in of_server} == {None}
     assert all("not recorded" in each.why for each in of_server)

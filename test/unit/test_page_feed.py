@@ -69,7 +69,7 @@ def feed_of(users=USERS, scenario=LIVE):
 
 def told(feed, *, exact_hands=USERS, scenario=LIVE):
     """Return the text message of now."""
-    return verdict(feed, Judge(feed.tape), scenario, exact_hands=exact_hands, notices=[])
+    return verdict(feed, Judge(feed.tape, {}), scenario, exact_hands=exact_hands, notices=[])
 
 
 def values(layout, snapshots, name):

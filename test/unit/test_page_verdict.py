@@ -16,7 +16,7 @@ from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.traces.stages import until
 from pmwvc_analysis.verdicts import stability
 from pmwvc_view.controls import changed
-from pmwvc_view.description import lags
+from pmwvc_view.description import lags, moving
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout
@@ -39,9 +39,11 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
     """
     scenario = load(name, settings_texts=settings_texts)
     names = [user.name for user in scenario.users]
-    feed = Feed(Layout(names, scenario.dof), scenario, period_ns=16 * MS)
-    judge, options = Judge(feed.tape), {"exact_hands": names, "notices": []}
     simulation = Simulation(scenario)
+    bodies = moving(simulation.scene)
+    feed = Feed(Layout(names, scenario.dof, bodies), scenario, period_ns=16 * MS)
+    judge = Judge(feed.tape, simulation.scene)
+    options = {"exact_hands": names, "notices": []}
     feed.tape.zero(0)
     found = []
     for tick in range(16, 1000 * seconds, 16):
@@ -119,6 +121,14 @@ def test_person_who_taps_three_times_a_second_or_lets_go_does_not_shake_the_devi
     contact = judge.traces(load("wall")).server.contact[0]
     assert (contact[1:] != contact[:-1]).sum() > 4
     assert all("stable" not in each["verdict"] and not each["notices"] for each in found)
+
+
+def test_a_box_that_slips_in_a_grip_is_a_notice_of_the_page():
+    haste = ("task.grip_s=0.3", "task.grip_rise_s=0.5", "task.move_s=1.5", "operator.squeeze=0.9")
+    _, _, found = told("lift", 4, haste)
+    assert found[0]["notices"] == []
+    (slip,) = found[-1]["notices"]
+    assert re.match(r"box, at 2\.\d\d s: slipped by \d+\.\d mm in the grip of user1 and", slip)
 
 
 def test_a_held_key_over_a_lossy_link_does_not_shake_the_device():

@@ -52,7 +52,7 @@ def page(traces, scenario):
 
 def test_the_verdict_comes_first_in_plain_words():
     text = page(handmade.session(), handmade.scenario()).text
-    calm = "motion faster than the voluntary band, 0.0 mm/s at the end, stays below 1 mm/s."
+    calm = "oscillation beyond the voluntary band is 0.0 mm/s at the end (limit 1 mm/s)."
     verdict = text.index(f"Stable: {calm}")
     assert verdict < text.index("Prediction") < text.index("Figures")
     assert re.search(

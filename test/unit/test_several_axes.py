@@ -8,8 +8,8 @@ from support import plain as scenarios
 from support.simulated import judged, quick_summary, simulated
 from support.strategies import text_of
 
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.prediction import prediction
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params.server import COUPLINGS

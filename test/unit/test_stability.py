@@ -197,8 +197,8 @@ def test_a_session_too_short_to_tell_is_neither_stable_nor_unstable(shaken_m_s):
 @pytest.mark.parametrize(
     ("rms_m_s", "rate_per_s", "words"),
     [
-        (0.5e-3, 0.0, "0.5 mm/s at the end, stays below 1 mm/s"),
-        (20e-3, -1.5, "mm/s at the end, decays"),
+        (0.5e-3, 0.0, "0.5 mm/s at the end (limit 1 mm/s)"),
+        (20e-3, -1.5, "mm/s at the end (limit 1 mm/s), and decays"),
     ],
 )
 def test_a_stable_session_has_the_motion_that_is_left_in_its_verdict(rms_m_s, rate_per_s, words):

@@ -48,7 +48,7 @@ def device(blocks: BlockSums, params: DeviceParams) -> tuple[Account, set[str]]:
     kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
     brought_j = kinetic[0] if user.tick[0] == 0 else 0.0  # else the hand's own sums have it
     if measured(params):
-        rendered, stored = hand_work(user, params).sums, kinetic[blocks.following]
+        rendered, stored = hand_work(user, params)[0], kinetic[blocks.following]
         hand = rendered + stored
         if by_hand and "hand" in user.energy:
             hand = brought_j + user.energy["hand"]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.budget.energy import declared
-from pmwvc_analysis.budget.parts import MISSED, Remainder, notes_on, of_server
+from pmwvc_analysis.budget.parts import MISSED, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
@@ -66,7 +66,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     recorded = sum_of(np.subtract(*at_server[user.name]) for user in users)
     hands, parts = {}, {}
     residuals = {SERVER: (unexplained - (into - recorded))[rows]}
-    left_over: list[Remainder] = []
+    left_over: list[tuple[str, str]] = []
     tanks = {user.name for user in users if "position_surplus" in user.accounts}
     if scenario.coupling.black_box and COMPENSATIONS.of(scenario.server.compensation).limits:
         tanks.add(SERVER)
@@ -92,7 +92,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         residuals[user.name] = at.ended(residual)
         of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
         parts[user.name] = {**of_blocks, **channel.parts}
-        left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]
+        left_over += [(user.name, part) for part in sorted(unknown | channel.remainders)]
     counted = frozenset(u.name for u in users if behind_counts(known[u.name], scenario))
     return Budget(
         time_s,
@@ -103,7 +103,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         notes_on(users, known, server),
         {user.name: declared(scenario, known[user.name]) for user in users},
         counted,
-        [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
+        [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )
 

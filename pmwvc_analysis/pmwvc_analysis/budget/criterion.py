@@ -65,11 +65,6 @@ class Finding:
     held_j: float = 0.0  # of it, what forces held while a loop stood still explain [J]
 
     @property
-    def by_counts(self) -> bool:
-        """Tell whether it is passive within the bound of its encoder only."""
-        return self.passive is True and self.least_j < -self.declared_j - self.tolerance_j
-
-    @property
     def given_j(self) -> float:
         """Energy given out beyond what was taken in, at the worst [J]."""
         return -self.least_j

@@ -20,13 +20,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import (
-    Balance,
-    Declared,
-    Finding,
-    counts_j,
-    together,
-)
+from pmwvc_analysis.budget.criterion import Balance, Declared, Finding, counts_j, together
 from pmwvc_analysis.traces.block_sums import BlockSums, hand_work, up_to
 from pmwvc_analysis.traces.holes import GAP, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.sums import running, sum_of
@@ -84,7 +78,7 @@ def _of_user(
     times = times[rows]
     taken, given = (running(e[index])[rows] for e in (server.energy_u_s, server.energy_v_s))
     ended, sent = blocks.ended(times), blocks.sent(times)
-    work = hand_work(user, known.device if known else None)
+    work, resolution = hand_work(user, known.device if known else None)
     passed_on = up_to(blocks.of_wave("v_m") + blocks.released, ended)
     up, down = None, None
     if scenario is not None and scenario.strict and known is not None:
@@ -96,9 +90,9 @@ def _of_user(
         up = Balance(times, up_to(blocks.of_wave("u_m"), ended), taken)
         down = Balance(times, given, passed_on)
     joint = Balance(
-        times, up_to(work.sums, ended), taken - given,
+        times, up_to(work, ended), taken - given,
         sum(declared(scenario, known)) if scenario and known else 0.0,
-        counts_j(traces, scenario, user.name), up_to(work.resolution, ended),
+        counts_j(traces, scenario, user.name), up_to(resolution, ended),
     )  # fmt: skip
     return UserEnergy(user.name, up, down, joint, judged.unjudged)
 
@@ -126,9 +120,7 @@ def within(found: Finding, balance: Balance, uncertain_s: float) -> Finding:
         moved = np.interp(times, balance.time_s, went if down else came)
         shifted = came - moved if down else moved - went
         if known.any() and (shifted >= balance.limit_j)[known].all():
-            why = (
-                f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms, which "
-                f"explains the least balance of {quantity(found.least_j, 'J')}"
-            )
-            return replace(found, passive=None, why=why)
+            within = f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms"
+            least = f"explains the least balance of {quantity(found.least_j, 'J')}"
+            return replace(found, passive=None, why=f"{within}, which {least}")
     return found

@@ -8,7 +8,6 @@ whatever it is: a false value there is not found. The accounts that blocks keep
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -82,13 +81,6 @@ def account_words(account: str) -> str:
     """Return a controller's account in words."""
     entry = entries().get(account)
     return entry.words if entry else account.replace("_", " ")
-
-
-class Remainder(NamedTuple):
-    """A part that the budget does not compute for itself."""
-
-    owner: str
-    part: str
 
 
 def of_server(scenario: Scenario) -> set[str]:

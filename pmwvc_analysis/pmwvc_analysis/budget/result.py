@@ -5,7 +5,8 @@
 A part that is not passive (:mod:`.criterion`) was *active*. What belongs together is judged
 together: the anti-aliasing filter pays for the rate drop and for a velocity filter, and a position
 feedback with an energy tank spends what filter, hold and link have kept. Behind counts of an
-encoder the work of node and sampling is not known: neither is judged.
+encoder the work of node and sampling is not known, nor is the heat in a device whose velocity is
+measured: none is judged.
 """
 
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Balance, Declared, Finding
-from pmwvc_analysis.budget.parts import MISSED, Remainder, accounted, words_of
+from pmwvc_analysis.budget.parts import MISSED, accounted, words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
@@ -24,6 +25,7 @@ from pmwvc_core.numeric import Array
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
+DAMPER = "device_damping"  # where sensors show something else than the device does, what is left
 AT_COUNTS = ("sample_hold", "node", "node_and_link_down")  # the true motion less that counted
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
@@ -45,7 +47,8 @@ class Budget:
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, Declared] = field(default_factory=dict)  # by user
     counts: frozenset[str] = frozenset()  # users whose waves come of an encoder's counts
-    remainders: list[Remainder] = field(default_factory=list)  # no error in these is found
+    # owners and parts that it does not compute for themselves: no error in these is found
+    remainders: list[tuple[str, str]] = field(default_factory=list)
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
     server_holes: tuple[Unjudged, ...] = ()
 
@@ -74,7 +77,8 @@ class Budget:
     def judged(self) -> Iterator[tuple[str, str, Array]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            known = {n: sums for n, sums in parts.items() if n != MISSED}
+            unknown = {MISSED, *({DAMPER} if (owner, DAMPER) in self.remainders else ())}
+            known = {n: sums for n, sums in parts.items() if n not in unknown}
             for part in AT_COUNTS if owner in self.counts else ():
                 known.pop(part, None)
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
@@ -106,12 +110,6 @@ class Budget:
             found.append(balance.judged(owner, part, unjudged, decides=False))
         return found
 
-    @property
-    def active(self) -> list[Finding]:
-        """Return the active parts, the one that gave out most first."""
-        found = (each for each in self.findings if each.passive is False)
-        return sorted(found, key=lambda each: -each.given_j)
-
     def summary(self) -> dict[str, Any]:
         """Return the budget as plain numbers: the contents of ``budget.json``."""
         return {
@@ -129,13 +127,8 @@ class Budget:
                 for name, hand in self.hands.items()
             ],
             "server": self._energies(SERVER),
-            "active": [
-                {"owner": e.owner, "part": e.part, "given_j": e.given_j, "since_s": e.since_s}
-                | {"time_s": e.least_s, "tolerance_j": e.tolerance_j, "ratio": e.ratio}
-                for e in self.active
-            ],
             "notes": self.notes,
-            "remainders": [each._asdict() for each in self.remainders],
+            "remainders": [{"owner": owner, "part": part} for owner, part in self.remainders],
         }
 
     def _energies(self, owner: str) -> dict[str, float]:
@@ -145,7 +138,7 @@ class Budget:
     def rows(self) -> list[tuple[str, list[float | None]]]:
         """Return the final energies [J]: label, a column per user and the server; None: none."""
         owners = [*self.hands, SERVER]
-        left_over = {each.part for each in self.remainders}
+        left_over = {part for _, part in self.remainders}
         lines: list[tuple[str, list[Array | None]]] = [
             ("given by the hand", [*self.hands.values(), None])
         ]

@@ -10,7 +10,7 @@ kinds: docs/file_format.md.
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from pmwvc_analysis.events import limits, nodes
+from pmwvc_analysis.events import grips, limits, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
@@ -46,7 +46,8 @@ def _few(found: Iterable[Event]) -> Iterator[Event]:
     for (who, kind), own in kinds.items():
         yield from own[:MOST]
         if rest := own[MOST:]:
-            text = f"{count(len(rest), 'more time')}, the last: {rest[-1]['what']}"
+            last = f"until {rest[-1]['time_s']:.2f} s, the last: {rest[-1]['what']}"
+            text = f"{count(len(rest), 'more time')} {last}"
             yield event(rest[0]["time_s"], who, kind, text)
 
 
@@ -54,8 +55,9 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
     for user in traces.users:
         yield from nodes.of_master(user)
     if traces.server is not None:
-        grips = scenario is not None and any(u.contact.grips for u in scenario.users)
-        yield from nodes.of_server(traces, grips=grips)
+        holds = scenario is not None and any(u.contact.grips for u in scenario.users)
+        yield from nodes.of_server(traces, grips=holds)
+        yield from grips.events(traces.server, scenario, traces.server.scene)
     yield from faults(traces)
     yield from limits.events(limits.withheld(traces, scenario))
     if scenario is not None and not traces.live:
@@ -83,10 +85,10 @@ def faults(traces: SessionTraces) -> Iterator[Event]:
     for what in REPLACED:
         if fault := traces.metadata.get(what):
             steps = count(int(fault["contained_steps"]), "step")
-            text = f"a damper replaced the {what} in {steps}: {fault['last_fault']}"
+            text = f"the {what} failed in {steps}: {fault['last_fault']}"
             yield event(None, "server", "environment", text)
     if traces.live and traces.server is not None and (late := traces.server.replaced)[1]:
-        text = f"a damper replaced environment or coupling in {count(late[1], 'step')}"
+        text = f"environment or coupling failed in {count(late[1], 'step')}"
         yield event(late[0], "server", "environment", f"{text}: the reason is in its log")
     for link, text in traces.metadata.get(LINKS, {}).items():
         yield event(None, f"link {link}", "link", text)

@@ -20,6 +20,7 @@ from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 Event = dict[str, Any]
 STARTING, COUPLED, DAMPING, FAULT = SafetyState
+LIMITS = ("force ramps up from zero", "", "safety limits", "safety fault")  # by state
 RELEASED = "released"  # in the reason, once damping itself has been released
 
 
@@ -42,16 +43,11 @@ def of_master(user: UserTraces) -> Iterator[Event]:
             if lost:
                 yield event(time_s, who, "damping", "force restored in full")
             coupled, lost = True, False
-        elif state == FAULT:
+        elif state != STARTING or (coupled and not lost):
             lost = True
-            yield event(time_s, who, "release", f"safety fault: {reason}")
-        elif state == DAMPING:
-            lost = True
-            kind = "release" if RELEASED in reason else "damping"
-            yield event(time_s, who, kind, f"safety limits: {reason or 'damping only'}")
-        elif coupled and not lost:
-            lost = True
-            yield event(time_s, who, "damping", f"force ramps up from zero: {reason}")
+            released = state == FAULT or (state == DAMPING and RELEASED in reason)
+            what = f"{LIMITS[state]}: {reason or 'no reason given'}"
+            yield event(time_s, who, "release" if released else "damping", what)
     for first, last in runs(limited(user), user.time_s, th.JOIN_S):
         rows = slice(first, last + 1)
         asked, applied = (

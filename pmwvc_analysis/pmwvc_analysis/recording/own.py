@@ -37,7 +37,7 @@ from pmwvc_core.words import count
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
 LATEST_NS = 1 << 62  # log times beyond overflow
-CLOCK_NS = 1_000_000_000  # a single message whose clock differs by this much from its neighbours'
+CLOCK_NS = 1_000_000_000  # by which the clock of a single message differs from its neighbours'
 TRACES = (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
 WITH_EPOCH = (*TRACES, schemas.WAVE, schemas.RECEPTION)
 
@@ -198,6 +198,6 @@ def _continuing(series: Series) -> list[bool]:
 
 
 def _as_neighbours(times_ns: NDArray[Any]) -> Flags:
-    """Tell which times differ from the median of five around them by less than ``CLOCK_NS``."""
-    times = times_ns.astype(float)
-    return np.asarray(np.abs(times - median_filter(times, 5, mode="reflect")) < CLOCK_NS)
+    """Tell which times are less than ``CLOCK_NS`` and a usual step off the median of five."""
+    most_ns = CLOCK_NS + np.median(np.diff(times_ns, prepend=times_ns[:1]))
+    return np.asarray(np.abs(times_ns - median_filter(times_ns, 5, mode="reflect")) < most_ns)

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.charts.style import DARK, LIGHT, css_variables
-from pmwvc_analysis.verdicts.links import count_texts
 from pmwvc_core.words import cell, quantity
 
 
@@ -24,7 +23,7 @@ def filled(template: str, **values: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(cell=cell, quantity=quantity, count_texts=count_texts)
+    environment.filters.update(cell=cell, quantity=quantity)
     colours = {"light": css_variables(LIGHT), "dark": css_variables(DARK)}
     return environment.get_template(template).render(**colours, **values)
 

@@ -22,7 +22,6 @@ from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report.loop import blocks, drawing
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_analysis.traces.felt import felt_words
-from pmwvc_analysis.verdicts.passivity import budget_lines
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -69,7 +68,6 @@ def render(
         loops=loops,
         budget=energies,
         felt=[f"Felt by {each['name']}: {felt_words(each)}." for each in summary["users"]],
-        budget_lines=budget_lines(energies, summary) if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),
         predicted=predicted,

@@ -14,7 +14,6 @@ q of its encoder, may be off by up to q/2 [|F_n| + sum |F_k - F_{k-1}|] (theory.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,16 +86,9 @@ def up_to(sums: Array, count: NDArray[np.intp]) -> Array:
     return np.concatenate([[0.0], sums])[count]
 
 
-class HandWork(NamedTuple):
-    """The work of the hand [J] at the ends of blocks, and how far it may be off."""
-
-    sums: Array
-    resolution: Array
-
-
-def hand_work(user: UserTraces, device: DeviceParams | None) -> HandWork:
-    """Return the work of one user's hand. The encoder of a real one leaves it open. Without a
-    ``device`` positions are exact.
+def hand_work(user: UserTraces, device: DeviceParams | None) -> tuple[Array, Array]:
+    """Return the work of one user's hand [J] at the ends of blocks, and how far it may be off: the
+    encoder of a real one leaves it open. Without a ``device`` positions are exact.
     """
     blocks, force = BlockSums(user), user.f_applied
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
@@ -104,10 +96,10 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> HandWork:
     sums = user.energy.get("device", counted)
     true = device is None or (device.is_simulated and "device" in user.energy)
     if device is None or true or device.encoder_step_m <= 0.0:
-        return HandWork(sums, np.zeros(len(sums)))
+        return sums, np.zeros(len(sums))
     change = np.cumsum(np.sum(np.abs(np.diff(force, axis=0, prepend=0.0)), axis=-1))
     open_n = np.sum(np.abs(force), axis=-1) + change
-    return HandWork(sums, 0.5 * float(device.encoder_step_m) * open_n[user.block_ends - 1])
+    return sums, 0.5 * float(device.encoder_step_m) * open_n[user.block_ends - 1]
 
 
 def measured(params: DeviceParams) -> bool:

@@ -27,6 +27,7 @@ import numpy as np
 
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.holes import block_of_ticks, gaps
+from pmwvc_analysis.traces.stages import disturbances
 from pmwvc_analysis.traces.sums import HIGHEST, begins, beyond, rms, spans
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import SafetyState
@@ -63,16 +64,17 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     broken[gaps(user) + 1] = True
     broken[1:] |= np.diff(user.tick) < 0
     coupled = user.state[block_of_ticks(user)] == SafetyState.COUPLED
-    impact, together = np.zeros((2, len(user.time_s)), dtype=bool)
+    together, made_s = np.zeros(len(user.time_s), dtype=bool), [stops_s(user, scenario)]
     if server is not None:
         index = server.users.index(user.name)
         touches = touching(server, index)
-        made_s = server.time_s[begins(touches)]
-        latest = np.searchsorted(made_s, user.time_s, side="right") - 1
-        impact = (latest >= 0) & (user.time_s < np.append(made_s, 0.0)[latest] + th.IMPACT_S)
+        made_s.append(server.time_s[begins(touches)])
         row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
         avatar = server.state[index][row] == Presence.COUPLED
         together = np.asarray(coupled & avatar & (row >= 0))
+    latest_s = np.append(-np.inf, np.sort(np.concatenate(made_s)))
+    latest_s = latest_s[np.searchsorted(latest_s, user.time_s, side="right") - 1]
+    impact = user.time_s < latest_s + th.IMPACT_S
     lasted_s = np.append(np.diff(user.time_s), user.tick_s)  # as far as that is on record
     lasted_s[:-1][broken[1:]] = user.tick_s
     steps = np.where(impact, 0.0, _steps(user, broken))
@@ -97,7 +99,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
         return found
     since = slice(int(np.argmax(felt_at)), None)
     below = size < 0.5 * undisturbed_n
-    if not scenario.environment.known:  # it may slip out of a grip, and be touched again
+    if scenario.environment.outside:  # it may slip out of a grip, and be touched again
         pushes = np.linalg.norm(server.f_s[index], axis=-1) >= 0.5 * undisturbed_n
         below &= ~together | (pushes[row] & ~impact)
     below[: since.start] = False
@@ -115,6 +117,15 @@ def touching(server: ServerTraces, index: int) -> Flags:
     if touches.any():
         return touches
     return np.asarray(np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > th.TOUCH_N)
+
+
+def stops_s(user: UserTraces, scenario: Scenario | None) -> Array:
+    """Return when a device came to a stop of its workspace, or left one [s]; a turn has none."""
+    users = scenario.users if scenario else ()
+    if (device := next((u.device for u in users if u.name == user.name), None)) is None:
+        return np.zeros(0)
+    stopped = np.abs(user.x_m[:, :3]) >= device.workspace_m - 0.5 * device.encoder_step_m
+    return np.asarray(user.time_s[1:][np.diff(stopped, axis=0).any(axis=-1)])
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
@@ -144,12 +155,6 @@ def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
     for start_s, end_s in found:
         away[slice(*np.searchsorted(user.time_s, (start_s, end_s + back_s)))] = True
     return away
-
-
-def disturbances(traces: SessionTraces) -> list[tuple[str, str, float]]:
-    """Return to which nodes a scenario asked something to be done, what, and when it was [s]."""
-    asked = [each for each in traces.events if each.get("kind") == "disturbance"]
-    return [(e["who"], e["what"].rpartition(": ")[2], float(e["time_s"])) for e in asked]
 
 
 def _stood_still(traces: SessionTraces) -> Iterator[tuple[float, float]]:

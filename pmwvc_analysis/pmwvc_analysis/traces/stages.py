@@ -55,6 +55,12 @@ def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
     return found
 
 
+def disturbances(traces: SessionTraces) -> list[tuple[str, str, float]]:
+    """Return to which nodes a scenario asked something to be done, what, and when it was [s]."""
+    asked = [each for each in traces.events if each.get("kind") == "disturbance"]
+    return [(e["who"], e["what"].rpartition(": ")[2], float(e["time_s"])) for e in asked]
+
+
 def rows_of(found: Sequence[Stage], time_s: Iterable[float]) -> list[Flags]:
     """Return the rows of each stage among rows at these times [s]."""
     starts = [stage.start_s - 1e-9 for stage in found]

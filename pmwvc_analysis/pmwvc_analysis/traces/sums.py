@@ -74,9 +74,11 @@ def spans(flags: Flags) -> list[slice]:
 
 
 def runs(flags: Flags, time_s: Array, join_s: float) -> list[tuple[int, int]]:
-    """Return first and last row of every stretch with a flag set; close ones are one."""
+    """Return first and last row of every stretch with a flag set; close ones are one, however far
+    apart rows are.
+    """
     rows = np.flatnonzero(flags)
-    breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s) + 1
+    breaks = np.flatnonzero((np.diff(rows) > 1) & (np.diff(time_s[rows]) > join_s)) + 1
     return [(int(each[0]), int(each[-1])) for each in np.split(rows, breaks) if len(each)]
 
 

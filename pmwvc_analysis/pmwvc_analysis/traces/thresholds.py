@@ -18,6 +18,7 @@ CHATTER = 4  # changes of contact in half a session: more are the loop's own mot
 LEAVING_S = 0.2  # within which users leave together at the end of a session
 GROWN_M_S, GROWN = 50e-3, 2.0  # rms at the end, last third over first: an oscillation that grows
 GROWS_PER_S = 0.1  # of the exact model: rigid motions have less by rounding
+NEUTRAL_PER_S = 1e-6  # in which one that decays by less does not
 DEFAULT_WORKSPACE_M, WORKSPACES = 0.2, 1.5  # where none is known; where a position is lost
 # Stability: who drives it.
 DRIVES = 0.1  # share of the work to and fro by which one side gives: less may be rounding
@@ -53,6 +54,9 @@ WITHHELD_J = 1e-9  # less of a returning wave was not shortened
 LASTING_S = 1.0  # of a displacement by which an environment is lost
 LOST_M = 2e-3  # less is no loss of an environment
 LOST_SHARE = 0.5  # of a device's way: more of it is not the environment's
+# Grips.
+SLIDES_M_S = 5e-3  # between a part and what it holds: solvers of contacts creep at less
+SLIPS_M = 2e-3  # in one go: less is no slip, and no fall
 # Nodes.
 EARLY_S = 0.5  # before the end of the session: a node that ended then ended early
 STALL_S, STALL_PERIODS = 0.02, 2.5  # a pause of a loop: an event, and no filter goes across it

@@ -6,7 +6,7 @@ Everything is read from the summary. A line is good, bad or neither; it ``fails`
 with it does not pass ``--check``.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.criterion import together
@@ -14,6 +14,7 @@ from pmwvc_analysis.traces.thresholds import BLOW_N, BREAK_S, LEAST_COUPLED
 from pmwvc_core.words import count
 
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
+LOST = ("slip", "drop")  # in which a grip did not hold
 
 
 class Line(NamedTuple):
@@ -52,9 +53,12 @@ def _lines(summary: dict[str, Any]) -> Iterator[Line]:
         if text := _disturbed(user):
             yield Line(False, f"{user['name']}: {text}.", fails=True)
     for user in summary["users"]:
-        yield from _interventions(user["name"], summary["events"])
+        name, events = user["name"], summary["events"]
+        yield from _reported(name, [e for e in events if e["who"] == f"{name} master"], TAKEN)
         if user["kept_apart"]:
-            yield Line(None, f"{user['name']}, at the end: {user['kept_apart']}.")
+            yield Line(None, f"{name}, at the end: {user['kept_apart']}.")
+    for body in dict.fromkeys(e["who"] for e in summary["events"] if e["kind"] in LOST):
+        yield from _reported(body, [e for e in summary["events"] if e["who"] == body], LOST)
     yield from _clocks(summary)
     for outcome in summary["outcomes"]:
         if outcome["hit"] is False:
@@ -88,10 +92,9 @@ def _disturbed(user: dict[str, Any]) -> str:
     return "; ".join(parts)
 
 
-def _interventions(name: str, events: list[dict[str, Any]]) -> Iterator[Line]:
-    """Yield that safety limits took over, with when and why: never a tick."""
-    own = [e for e in events if e["who"] == f"{name} master" and e["kind"] in TAKEN]
-    texts = [f"at {event['time_s']:.2f} s: {event['what']}" for event in own]
+def _reported(name: str, events: list[dict[str, Any]], kinds: Sequence[str]) -> Iterator[Line]:
+    """Yield what happened, with when and why: the first event of some kinds, and the last."""
+    texts = [f"at {e['time_s']:.2f} s: {e['what']}" for e in events if e["kind"] in kinds]
     if len(texts) > 1:
         texts[1:] = [f"; {count(len(texts) - 1, 'more event')}, the last {texts[-1]}"]
     if texts:

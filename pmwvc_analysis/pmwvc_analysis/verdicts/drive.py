@@ -18,10 +18,11 @@ import numpy as np
 
 from pmwvc_analysis.budget.energy import server_sums, user_energies
 from pmwvc_analysis.traces import thresholds as th
+from pmwvc_analysis.traces.felt import stops_s
 from pmwvc_analysis.traces.sums import beyond
 from pmwvc_analysis.verdicts.oscillation import Motion, shaking
-from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 from pmwvc_core.words import quantity
 
@@ -32,7 +33,7 @@ class Drive(NamedTuple):
     given_j: float
     moved_j: float  # work that went to and fro
     held_j: float  # most that masses and springs held of it
-    free: bool  # whether a hand moves as it likes: a person, or a motion or force that is given
+    free: bool  # whether a hand moves as it likes, a person or what is given, or met a stop
     steady: bool = False  # whether all that such hands do is push with a constant force
     made_j: float = 0.0  # what the links, or the server, gave out that did not go in
 
@@ -55,13 +56,6 @@ class Drive(NamedTuple):
         if self.steady:
             return self.free and self.share < -th.DRIVES and self.made_j <= -self.given_j
         return self.free and not self.by_loop and self.made_j <= self.moved_j
-
-    @property
-    def thrown(self) -> bool:
-        """Tell whether such hands explain that something was thrown: they got no more than they
-        gave, for all that is known.
-        """
-        return self.by_hands and self.given_j <= 0.0
 
 
 UNKNOWN = Drive(0.0, 0.0, 0.0, False)
@@ -105,45 +99,45 @@ def drive(
     """
     if scenario is None:
         return UNKNOWN
-    free = any(map(is_free, scenario.users))
-    steady = not any(u.operator.kind != "constant" for u in scenario.users if is_free(u))
+    hands = [(user.operator, user.device.is_simulated) for user in scenario.users]
+    kinds = {hand.kind for hand, simulated in hands if hand.is_free or not simulated}
+
+    def inside(time_s: Array) -> Flags:
+        return np.asarray((time_s >= start_s) & (time_s <= end_s))
+
+    stopped = any(inside(stops_s(user, scenario)).any() for user in traces.users)
+    free, steady = bool(kinds) or stopped, kinds == {"constant"} and not stopped
     unknown = UNKNOWN._replace(free=free, steady=steady)
     given_j = moved_j = held_j = 0.0
     for user, mass, force, x, work_j in works(traces, scenario) if done is None else done:
-        inside = (user.time_s >= start_s) & (user.time_s <= end_s)
+        rows = inside(user.time_s)
         whole = round((end_s - max(start_s, float(user.time_s[0]))) / user.tick_s) - 2
-        if inside.sum() < max(whole, 2):
+        if rows.sum() < max(whole, 2):
             return unknown
-        given_j += float(work_j[inside].sum())
-        moved_j += float(np.abs(work_j[inside]).sum())
-        held_j += 0.5 * mass * _longest(user.xd_m[inside]) ** 2
-        held_j += 0.5 * _longest(force[inside]) * _longest(x[inside])  # of a spring in between
+        given_j += float(work_j[rows].sum())
+        moved_j += float(np.abs(work_j[rows]).sum())
+        held_j += 0.5 * mass * _longest(user.xd_m[rows]) ** 2
+        held_j += 0.5 * _longest(force[rows]) * _longest(x[rows])  # of a spring in between
     if not moved_j > 0.0:
         return unknown
     if (server := traces.server) is not None:
-        inside = (server.time_s >= start_s) & (server.time_s <= end_s)
-        held_j += 0.5 * scenario.server.object_mass * _longest(server.xd_o[inside]) ** 2
+        fastest_m_s = _longest(server.xd_o[inside(server.time_s)])
+        held_j += 0.5 * scenario.server.object_mass * fastest_m_s**2
     found = Drive(given_j, moved_j, held_j, free, steady)
     if not found.by_hands:
         return found
 
     def made_j(time_s: Array, balance_j: Array) -> float:
-        inside = balance_j[(time_s >= start_s) & (time_s <= end_s)]
-        return float(inside[0] - inside[-1]) if len(inside) else 0.0
+        known_j = balance_j[inside(time_s)]
+        return float(known_j[0] - known_j[-1]) if len(known_j) else 0.0
 
-    hands_j = sum(
-        made_j(each.joint.time_s, each.joint.balance_j) for each in user_energies(traces, scenario)
-    )
+    joints = (each.joint for each in user_energies(traces, scenario))
+    hands_j = sum(made_j(joint.time_s, joint.balance_j) for joint in joints)
     behind_j = 0.0
     if server is not None:  # what it holds and turned to heat beyond what came in at its ports
         taken, given, holds = server_sums(server)
         behind_j = made_j(server.time_s, taken - given - holds)
     return found._replace(made_j=max(hands_j, behind_j))
-
-
-def is_free(user: User) -> bool:
-    """Tell whether a hand moves as it likes."""
-    return user.operator.is_free or not user.device.is_simulated
 
 
 def kept_driven(

@@ -13,12 +13,10 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.topics import relayed
-from pmwvc_analysis.traces.felt import disturbances
+from pmwvc_analysis.traces.stages import disturbances
 from pmwvc_analysis.traces.thresholds import EARLY_S
 from pmwvc_core.frame import Presence
 from pmwvc_core.scenario.scenario import Scenario
@@ -60,14 +58,19 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
 
 def _nodes(traces: SessionTraces) -> Iterator[tuple[str, str, float]]:
     """Yield the nodes on record, whose they are (empty: everybody's), and until when each was
-    recorded [s]; the emulator is by the packets that it relayed.
+    recorded [s]; the emulator is by the packets that came in, each for the time it stands for.
     """
     for user in traces.users:
         yield f"{user.name} master", user.name, float(user.time_s[-1]) + user.tick_s
     if (server := traces.server) is not None and len(server.time_s):
         yield "server", "", float(server.time_s[-1] + server.periods_s[-1])
     came = [each.time_s for topic, each in traces.packets.items() if relayed(topic)]
-    yield "netem", "", float(np.concatenate([*came, [0.0]]).max()) or math.inf
+    zeros = traces.metadata.get("fate_zero_ns", {})
+    for link, fates in traces.fates.items():
+        came.append(1e-9 * (fates.time_in_ns - zeros.get(link, 0)))
+    due_s = max((each.period_s.max(initial=0.0) for each in traces.packets.values()), default=0.0)
+    if last_s := max((float(each.max(initial=0.0)) for each in came), default=0.0):
+        yield "netem", "", last_s + due_s
 
 
 def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:

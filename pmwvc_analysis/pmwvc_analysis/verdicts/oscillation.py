@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.traces.felt import bands, closed_s, encoder_noise_m_s
+from pmwvc_analysis.traces.felt import bands, closed_s, encoder_noise_m_s, stops_s
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import powers, spans
 from pmwvc_core.numeric import Array, Flags
@@ -37,6 +37,7 @@ class Motion:
     noise_m_s: float = 0.0
     images: float = 0.0  # largest ratio of sampling images to purposeful motion
     since_s: float = 0.0  # of the last disturbance that is no fault of the loop [s]
+    since: str = ""  # what it was
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,16 @@ class Strength:
         return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(th.FADED)
 
 
-def lasts(found: Strength, motion: Motion) -> bool:
-    """Tell whether a motion beyond the band is an oscillation that does not die out: beyond 1
-    mm/s, noise and sampling images, and not halved from the first third to the last.
+def most_m_s(found: Strength, motion: Motion) -> float:
+    """Return the largest speed beyond the band that is no oscillation [m/s]: 1 mm/s, or what an
+    encoder's noise or images of sampling make.
     """
-    images_m_s = motion.images * found.purposeful_m_s
-    beyond_all = found.late_m_s > max(th.OSCILLATION_M_S, motion.noise_m_s, images_m_s)
-    return beyond_all and found.remains
+    return max(th.OSCILLATION_M_S, motion.noise_m_s, motion.images * found.purposeful_m_s)
+
+
+def lasts(found: Strength, motion: Motion) -> bool:
+    """Tell whether a motion beyond the band is an oscillation that does not die out."""
+    return found.late_m_s > most_m_s(found, motion) and found.remains
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:
@@ -160,15 +164,14 @@ def motions(
     """
     server = traces.server
     band, images = th.DEFAULT_BAND_HZ, 0.0
-    since_s = max(since_s, _disturbed_s(traces))
+    since_s, since = max((since_s, ""), _disturbed(traces, scenario))
     if scenario is not None:
         last = stages(traces, scenario)[-1]
-        since_s = max(since_s, last.start_s)
         ends_s = [closed_s(user, scenario) for user in traces.users]
         closing = max(ends_s, default=0.0) > 0.5 * traces.duration_s
         band, images = bands(last.scenario, closing=closing)
     known = {user.name: user for user in scenario.users} if scenario else {}
-    of = partial(Motion, band_hz=band, images=images, since_s=since_s)
+    of = partial(Motion, band_hz=band, images=images, since_s=since_s, since=since)
     found = []
     for user in traces.users:
         moved = f"{user.name}'s device", user.time_s, user.tick_s, user.xd_m
@@ -181,20 +184,23 @@ def motions(
     return found
 
 
-def _disturbed_s(traces: SessionTraces) -> float:
-    """Return when contact was made or lost last, by whichever user [s]; 0 where it never was, or
-    where it comes and goes: that is the loop's own motion. Users that leave at the end of the
-    session disturb nobody: the server runs on behind them.
+def _disturbed(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:
+    """Return when a motion was last disturbed by no fault of the loop [s], and by what: a changed
+    parameter, a stop of a device, contact made or lost, by whichever user. What comes and goes is
+    the loop's own motion. Users that leave at the end of the session disturb nobody: the server
+    runs on behind them.
     """
-    server = traces.server
-    if server is None:
-        return 0.0
-    latest = 0.0
+    server, found = traces.server, [(0.0, "")]
+    if scenario is not None:
+        found.append((stages(traces, scenario)[-1].start_s, "a parameter changed"))
     ends = [float(user.time_s[-1]) for user in traces.users if len(user.time_s)]
     end_s = min([end for end in ends if end > traces.duration_s - th.LEAVING_S], default=np.inf)
-    for contact in server.contact:
-        times = server.time_s[1:][np.diff(contact.astype(int)) != 0]
+    changes = [(stops_s(user, scenario), "a device met its stop") for user in traces.users]
+    if server is not None:
+        made = (server.time_s[1:][np.diff(contact.astype(int)) != 0] for contact in server.contact)
+        changes += [(times, "contact was made or lost") for times in made]
+    for times, what in changes:
         times = times[times <= end_s]
         if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= th.CHATTER:
-            latest = max(latest, float(times[-1]))
-    return latest
+            found.append((float(times[-1]), what))
+    return max(found)

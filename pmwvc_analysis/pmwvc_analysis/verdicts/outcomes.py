@@ -7,7 +7,6 @@ decides: nothing is compared in a session that was not stable, where a limit has
 where the offset still changes.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -22,12 +21,11 @@ from pmwvc_core.wave.impedance import first_axis
 from pmwvc_core.words import listed
 
 LATE = {  # by whether the channel is strict
-    True: "The delay of a playout follows how late packets come, which is not known before.",
-    False: "What late and lost packets make of the motion is not known before.",
+    True: "the delay of a playout follows how late packets come, which is not known before",
+    False: "what late and lost packets make of the motion is not known before",
 }
 SKIPPED = (
-    "channel = plain uses the newest packet of a server step only: how much of the motion the "
-    "others carried is not known before."
+    "what the packets carried that channel = plain skips in a server step is not known before"
 )
 OFFSET = "offset of the device from its avatar at the end"
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
@@ -76,25 +74,19 @@ def outcomes(
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
-    ports = summary["passivity"]["ports"]
-    hit = together(port["passive"] for port in ports)
-    those = [port for port in ports if port["passive"] is hit]
-    owners = listed(sorted({port["owner"] for port in those}))
-    if hit is False and all(map(_by_standing_loops, those)):
-        text = (
-            "Predicted that all ports are passive while loops run: open, the loop of "
-            f"{owners} stood still, and its last force stayed on."
-        )
-        return Outcome("passivity", None, text)
-    unknown = f"not all were judged ({owners or 'no port was recorded'})"
+    ports = [(port["owner"], _while_running(port)) for port in summary["passivity"]["ports"]]
+    hit = together(passive for _, passive in ports)
+    owners = listed(sorted({owner for owner, passive in ports if passive is hit}))
+    unknown = f"open, not judged or a loop stood still ({owners or 'no port was recorded'})"
     was = {True: "they were", False: "they were NOT", None: unknown}
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was[hit]}.")
 
 
-def _by_standing_loops(port: dict[str, Any]) -> bool:
-    """Tell whether all that a port gave out came of loops that stood still."""
+def _while_running(port: dict[str, Any]) -> bool | None:
+    """Return the verdict of a port; None where all that it gave out came of standing loops."""
     allowed_j = sum(port[n] for n in ("declared_j", "encoder_bound_j", "tolerance_j", "held_j"))
-    return bool(0.0 < port["held_j"] and -port["least_balance_j"] <= allowed_j)
+    stood = 0.0 < port["held_j"] and -port["least_balance_j"] <= allowed_j
+    return None if stood else port["passive"]
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:
@@ -115,65 +107,55 @@ def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
     """Return what became of the predicted offset of every user who presses at the end."""
     users, found = {user.name: user for user in scenario.users}, list[Outcome]()
     for entry in (each for each in summary["users"] if each["name"] in users):
-        force, drift = entry["force_final_n"], entry["drift_m"]  # lists: of several axes
-        known = isinstance(force, float) and isinstance(drift, float)
-        if known and abs(force) >= th.LEAST_FORCE_N:
-            found.append(_of_user(users[entry["name"]], scenario, summary, entry))
+        user = users[entry["name"]]
+        force, was_m = entry["force_final_n"], entry["drift_m"]  # lists: of several axes
+        known = isinstance(force, float) and isinstance(was_m, float)
+        same = abs(transformer(user) - 1.0) <= RATIO_TOLERANCE  # else device and avatar differ
+        if not (known and same and abs(force) >= th.LEAST_FORCE_N):
+            continue
+        m_per_s = force / (2.0 * first_axis(user.in_contact.impedance))
+        even_m = m_per_s * lag_s(user, scenario, live=summary["source"] == "live")
+        tolerance_m = _tolerance_m(even_m)
+        hit: bool | None = abs(was_m - even_m) <= tolerance_m
+        ends = f"{'hit' if hit else 'missed'}; tolerance {tolerance_m * 1e3:.2f} mm"
+        if reason := next(_open(user, scenario, summary, entry, even_m, hit is True), ""):
+            hit, ends = None, f"open: {reason}"
+        word = "expected" if hit is None else "predicted"
+        amounts = f"{word} {even_m * 1e3:+.2f} mm, measured {was_m * 1e3:+.2f} mm"
+        text = f"{user.name}: {OFFSET}: {amounts} ({ends})."
+        numbers = () if hit is None else (even_m, was_m, tolerance_m, "m")
+        found.append(Outcome("offset", hit, text, user.name, *numbers))
     return found
 
 
-def _of_user(
-    user: User, scenario: Scenario, summary: dict[str, Any], entry: dict[str, Any]
-) -> Outcome:
-    force, was_m, live = entry["force_final_n"], entry["drift_m"], summary["source"] == "live"
-    if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
-        far = f"the device moves {math.sqrt(transformer(user)):.3g} times as far."
-        text = "no offset of device and avatar is predicted: the ends have different impedance,"
-        text = f"{user.name}: {text} {far}"
-        return Outcome("offset", None, text, user.name)
-    m_per_s = force / (2.0 * first_axis(user.in_contact.impedance))
-    even_m = m_per_s * lag_s(user, scenario, live=live)
-    tolerance_m = _tolerance_m(even_m)
-    hit = abs(was_m - even_m) <= tolerance_m
-    if reason := next(_open(user, scenario, summary, entry, even_m, hit=hit), ""):
-        begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
-        text = (
-            f"{user.name}: {OFFSET}: measured {was_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are "
-            f"expected of the link{begins}. {reason}"
-        )
-        return Outcome("offset", None, text, user.name)
-    text = (
-        f"{user.name}: {OFFSET}: predicted {even_m * 1e3:+.2f} mm, measured "
-        f"{was_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; "
-        f"tolerance {tolerance_m * 1e3:.2f} mm)."
-    )
-    return Outcome("offset", hit, text, user.name, even_m, was_m, tolerance_m, "m")
-
-
 def _open(
-    user: User, scenario: Scenario, summary: dict[str, Any], entry: dict[str, Any], even_m: float,
-    *, hit: bool,
-) -> Iterator[str]:  # fmt: skip
+    user: User,
+    scenario: Scenario,
+    summary: dict[str, Any],
+    entry: dict[str, Any],
+    even_m: float,
+    hit: bool,
+) -> Iterator[str]:
     """Yield in words why an offset is not that of a press at rest, or was not known before."""
     live, name = summary["source"] == "live", user.name
     if user.master.deadband.is_on or user.contact.deadband.is_on:
-        yield "A deadband left out packets; the longest wait for one counts."
+        yield "a deadband left out packets; the longest wait for one counts"
     if live or is_random(user.link_up) or is_random(user.link_down):
         yield LATE[scenario.strict]
     if not scenario.strict and user.master.frame_s < scenario.server.period_s:
         yield SKIPPED
     if summary["stable"] is False:
-        yield "The session was not stable, so this is no press at rest."
+        yield "the session was not stable, so this is no press at rest"
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
     known_n = isinstance(avatar, float)
     if known_n and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
-        yield f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
+        yield f"the device was held with {force:.2f} N, its avatar with {avatar:.2f} N"
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
-        yield f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
+        yield f"it still changed by {change_m * 1e3:.2f} mm in the last half second"
     own = (each["kind"] for each in summary["events"] if each["who"] == f"{name} master")
     if "limit" in own and not (hit or scenario.strict):
-        yield "Its force was limited, which took motion out of the wave."
+        yield "its force was limited, which took motion out of the wave"
 
 
 def _tolerance_m(predicted_m: float) -> float:

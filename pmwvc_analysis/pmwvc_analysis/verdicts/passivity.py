@@ -17,7 +17,6 @@ had not taken in is named with its amount.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import AGAIN, Unjudged, of_server, skips, starts
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.words import listed, quantity, share
+from pmwvc_core.words import quantity, share
 
 PORTS = {
     "up": "link from the device to the server",
@@ -140,7 +139,7 @@ def verdict(found: Passivity, owner: str) -> str:
         why = unknown[0].why  # some texts begin with when
         return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
     least = min(ports, key=lambda port: (port.least_j, -port.declared_j))
-    if least.by_counts:
+    if least.least_j < -least.declared_j - least.tolerance_j:  # counts of an encoder explain it
         bound = f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}"
         return f"{bound}: {part_words(least)}, {amount(least)}"
     return "; ".join([f"passive: {amount(least)}", *(port.why for port in ports if port.why)])
@@ -185,23 +184,3 @@ def _beside_moved(finding: Finding) -> str:
 def part_words(finding: Finding) -> str:
     """Return a port in words."""
     return PORTS.get(finding.part, finding.part.replace("_", " "))
-
-
-def budget_lines(found: Budget, summary: dict[str, Any]) -> list[tuple[bool | None, str]]:
-    """Return in words whether the budget closes and which components were active. Each line is
-    good or bad; None where the ports, which decide, show that others paid for it.
-    """
-    active, passive = summary["active"], summary["passivity"]["passive"]
-    residual = quantity(float(np.abs(found.residual_j).max()), "J")
-    text = f"The energy budget closes to {residual}."
-    if not found.closes:
-        text = f"The energy budget does not close: {residual} are not explained."
-    lines: list[tuple[bool | None, str]] = [(found.closes, text)]
-    if parts := list(dict.fromkeys(words_of(each.part) for each in found.remainders)):
-        why = "computed as what the other parts leave, so that their errors do not show"
-        lines.append((None, f"{listed(parts).capitalize()}: {why}."))
-    lines += [(None if passive else False, f"{each}.") for each in active]
-    if passive and not active:
-        limit = quantity(found.findings[0].tolerance_j, "J")
-        lines.append((True, f"No component generated energy beyond {limit}."))
-    return lines

@@ -13,17 +13,19 @@ import numpy as np
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import events, limits
+from pmwvc_analysis.recording.links import DROPPED, came_out, reordered
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.apart import apart, kept_text
+from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_analysis.traces.sums import final, number, percentiles, rms
 from pmwvc_analysis.verdicts import check, endings, passivity, stability
-from pmwvc_analysis.verdicts.links import link_summaries, reception_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import Passivity
+from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.traces import FateTraces, SessionTraces, UserTraces
 
 PREDICTION_KEYS = (
     "spectral_radius", "stable", "k_max", "any_delay", "loop_gain", "aliasing_gain", "k_felt",
@@ -68,8 +70,8 @@ def summary(
             | felt(traces, user, scenario)._asdict()
             for user in traces.users
         ],
-        "links": link_summaries(traces),
-        "receptions": reception_summaries(traces, scenario),
+        "links": _links(traces),
+        "receptions": _receptions(traces, scenario),
         "prediction": prediction(scenario, live=traces.live)
         if scenario
         else dict.fromkeys(PREDICTION_KEYS),
@@ -164,3 +166,34 @@ def _ticks(user: UserTraces) -> dict[str, Any]:
         "ticks_missing": int((steps[missing] - 1).sum()),
         "tick_rate_hz": number(int(seen.sum()) / ran_s) if ran_s else None,
     }
+
+
+def _links(traces: SessionTraces) -> list[dict[str, Any]]:
+    """Return the entries of ``links`` of a summary."""
+    return [_link(fates) for _, fates in sorted(traces.fates.items())]
+
+
+def _link(fates: FateTraces) -> dict[str, Any]:
+    out = came_out(fates)
+    span_s = float(np.ptp(fates.time_out_ns[out])) * 1e-9 if out.any() else 0.0
+    return {
+        "name": fates.link, "sent": int((fates.fate != FateKind.DUPLICATE).sum()),
+        "received": int(out.sum()), "lost": int((fates.fate == FateKind.LOST).sum()),
+        "duplicated": int((fates.fate == FateKind.DUPLICATE).sum()),
+        "reordered": int(reordered(fates).sum()),
+        "corrupted": int((fates.cause == Cause.CORRUPTION).sum()),
+        "dropped": int(np.isin(fates.fate, DROPPED).sum()),
+        "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
+        "rate_hz": number((out.sum() - 1) / span_s) if span_s > 0.0 else None,
+    }  # fmt: skip
+
+
+def _receptions(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, Any]]:
+    """Return the entries of ``receptions`` of a summary."""
+    saved, found = left_out(traces, scenario), list[dict[str, Any]]()
+    for link, received in sorted(traces.receptions.items()):
+        passage = {name: number(value) for name, value in received.passage.items()}
+        path = None if passage["round_trip"] is None else passage
+        of_link = {"counts": received.counts, "path": path, "left_out": saved.get(link)}
+        found.append({"name": link} | of_link)
+    return found

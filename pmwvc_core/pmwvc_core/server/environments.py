@@ -26,10 +26,10 @@ class Environment(Record):
     """The properties of an environment."""
 
     # as a black box, from parameters, contacts and axes: the state at rest, by whose type the
-    # families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by; None for
-    # one of another package
+    # families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by
     made: Callable[[ServerParams, Sequence[Contact], int], tuple[Any, Any]] | None = None
-    # or made when it is asked for: an object as in :class:`pmwvc_core.server.black_box.BlackBox`
+    # or made when it is asked for: a :class:`pmwvc_core.server.black_box.BlackBox`, whose contacts
+    # are its own and may slip
     outside: Callable[[EnvironmentSetup], Any] | None = None
     prompt: bool = False  # whether a live server asks it itself: a step takes some ms at most
     known: bool = False  # whether every coupling knows its equations; else a black box only

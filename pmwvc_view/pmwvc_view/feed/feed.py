@@ -173,7 +173,12 @@ class Feed:
         shown = self.tape.shown()
         if self.tape.end_s >= self._balanced_s + BALANCED_S:
             self._balanced_s = self.tape.end_s
-            self._balance(shown)
+            for energy in user_energies(shown, self._scenario):
+                self.users[energy.name].account(energy)
+            for found in passivity(shown, self._scenario, None).findings:
+                key, owner = (found.owner, found.part), self.users.get(found.owner)
+                if owner.known if owner else self.server_judged:
+                    self.worst[key] = min(self.worst.get(key, found), found, key=_margin_j)
         rows = rows_of(
             np.array(dues),
             self._layout,
@@ -189,15 +194,6 @@ class Feed:
         for user in self.users.values():
             if user.energy is not None:
                 yield from energies(user.energy, user.least_j)
-
-    def _balance(self, shown: SessionTraces) -> None:
-        """Judge the energies of the newest second."""
-        for energy in user_energies(shown, self._scenario):
-            self.users[energy.name].account(energy)
-        for found in passivity(shown, self._scenario, None).findings:
-            key, owner = (found.owner, found.part), self.users.get(found.owner)
-            if owner.known if owner else self.server_judged:
-                self.worst[key] = min(self.worst.get(key, found), found, key=_margin_j)
 
     def _completed(self, row: Array, shown: SessionTraces) -> Snapshot:
         """Return a row with all that is not in traces, and the packets since the last one."""
@@ -215,8 +211,8 @@ class Feed:
             self._due_ns = round(at_s * NS) + self._period_ns
 
     def _ready(self, due_s: float, now_ns: int) -> bool:
-        ends = [user.end_s for user in self.tape.users.values()] + [self.tape.server.end_s]
-        ends = [end_s + ROUNDED_S for end_s in ends]
+        ends = [*(user.end_s for user in self.tape.users.values()), self.tape.server.end_s]
+        due_s -= ROUNDED_S
         now_s = (now_ns - self.tape.zero(now_ns)) / NS
         return min(ends) >= due_s or (max(ends) >= due_s and now_s >= due_s + PATIENCE_S)
 

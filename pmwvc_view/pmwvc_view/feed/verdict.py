@@ -9,13 +9,14 @@ a parameter changed at the earliest. Notices beside it tell what explains what i
 """
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.budget.energy import declared
+from pmwvc_analysis.events import grips
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.passivity import part_words
@@ -33,13 +34,14 @@ AT_LIMIT = 0.999
 
 class Judge:
     """The report's judge on the newest seconds. ``why`` tells what makes the session unstable as
-    of now, empty: nothing does; ``was`` what did last, and until when [s]; ``limited`` whose force
-    is at its largest [N]; ``felt``: what each user felt, in words.
+    of now, empty: nothing does; ``was`` what did last, and until when; ``slips`` what slipped or
+    fell; ``limited`` whose force is at its largest [N]; ``felt``: what each user felt.
     """
 
-    def __init__(self, tape: Tape) -> None:
-        self._tape, self._since_s, self._judged_s = tape, -math.inf, -JUDGED_S
-        self.why, self.was = "", ("", 0.0)
+    def __init__(self, tape: Tape, scene: Mapping[str, Any]) -> None:
+        self._tape, self._scene = tape, scene
+        self._since_s, self._judged_s = -math.inf, -JUDGED_S
+        self.why, self.was, self.slips = "", list[str](), list[str]()
         self.limited, self.felt = dict[str, float](), dict[str, str]()
 
     def changed(self) -> None:
@@ -58,8 +60,10 @@ class Judge:
         found = stability.verdict(traces, now, since_s=now_s - 0.5 * SPAN_S)
         unstable = f"{found.instability}: {found.why}" if found.stable is False else ""
         if self.why and not unstable:
-            self.was = self.why, now_s
+            self.was = [f"Not stable until {now_s:.0f} s, {self.why}."]
         self.why, self.limited = unstable, {}
+        seen = grips.events(traces.server, now, self._scene)
+        self.slips = [f"{e['who']}, at {e['time_s']:.2f} s: {e['what']}." for e in seen]
         most_n = {user.name: user.safety.max_force for user in scenario.users}
         for own in traces.users:
             late_n = np.linalg.norm(own.f_applied[own.time_s > now_s - LATE_S], axis=-1)
@@ -72,7 +76,6 @@ class Judge:
         return self._tape.judged(scenario, max(self._since_s, self._tape.end_s - SPAN_S))
 
 
-WORDS = ("starting", "coupled", "damping", "fault")
 GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
 
 
@@ -93,13 +96,12 @@ def verdict(
         level, sentence = UNKNOWN, f"{sentence} What its port withholds is judged by the report."
     states = {}
     for name, user in feed.users.items():
-        word = "no data" if user.state is None else WORDS[user.state]
+        word = "no data" if user.state is None else SafetyState(user.state).name.lower()
         note = "; ".join(filter(None, (user.kept_apart, _left_out(user))))
         felt_by = judge.felt.get(name, "")
         states[name] = {"state": word, "reason": user.reason, "note": note, "felt": felt_by}
-    why, until_s = judge.was
-    earlier = [f"Not stable until {until_s:.0f} s, {why}."] if why else []
-    return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
+    texts = [*notices, *judge.was, *judge.slips]
+    return {"verdict": sentence, "level": level, "users": states, "notices": texts}
 
 
 def _judged(
@@ -146,7 +148,8 @@ def _judged(
 def _waits(user: FeedUser) -> str:
     if user.state is None:
         return "sends nothing any more" if user.gone else "has sent nothing yet"
-    return f"is {WORDS[user.state]}" + (f" ({user.reason})" if user.reason else "")
+    why = f" ({user.reason})" if user.reason else ""
+    return f"is {SafetyState(user.state).name.lower()}{why}"
 
 
 def _active(feed: Feed, exact: Collection[str]) -> list[str]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.traces.block_sums import complete, measured
+from pmwvc_analysis.traces.block_sums import BlockSums, complete, measured
 from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.controllers.library import has_waves
@@ -101,11 +101,11 @@ def _master(
 
 def _blocks(user: UserTraces, per_tick: Array, recorded: Array) -> tuple[Array, Array]:
     """Return a sum over whole blocks from the ticks, and as the master kept it."""
-    sums = np.concatenate([[0.0], np.cumsum(per_tick)])
-    own = np.diff(sums[np.concatenate([[0], user.block_ends])])
     lasted = np.diff(user.block_time_s)
     whole = np.append(user.tick[0] == 0, lasted < 1.5 * np.median(lasted))
-    return own[whole], np.diff(recorded, prepend=0.0)[whole]
+    sums = BlockSums(user).of_ticks(per_tick), recorded
+    own, kept = (np.diff(each, prepend=0.0)[whole] for each in sums)
+    return own, kept
 
 
 def _work(user: UserTraces) -> Iterator[str]:
