@@ -103,7 +103,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_064, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_003, 3_000, ("pmwvc_view",)),
+    "page": Room(3_002, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -71,7 +71,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         yield event(hole.start_s, "recorder", "recording", what)
 
 
-REPLACED = ("environment", "coupling")  # by a damper, in the steps that failed
+REPLACED = ("environment", "coupling")  # in the steps that failed
 LINKS = "links"
 
 
