@@ -39,8 +39,8 @@ def joined(parts: Sequence[Traces]) -> Traces:
             firsts = np.cumsum([0, *(len(ends_s(part)) for part in parts[:-1])])
             found[name] = np.concatenate(every)
             found[name][:, 0] += np.repeat(firsts, [len(each) for each in every])
-        elif isinstance(value, np.ndarray):
-            found[name] = np.concatenate(every)
+        elif isinstance(value, np.ndarray):  # without rows its columns may be unknown
+            found[name] = np.concatenate([each for each in every if len(each)] or every[:1])
         elif isinstance(value, dict):  # an account may have come later
             zeros = [np.zeros(len(ends_s(part))) for part in parts]
             found[name] = {
