@@ -22,6 +22,7 @@ from pmwvc_core.made.user import made_user
 from pmwvc_core.plant.device import resting_device, simulated_params
 from pmwvc_core.scenario.names import resolved, spec_of
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.contained import Contained
 
 AMPLE_J = 1e3  # more than any wave of the model needs, so no account ever binds
 LEAST_S = 1e-9  # of a soft start
@@ -89,6 +90,8 @@ def server_at_rest(scenario: Scenario, dof: int) -> tuple[Any, Any]:
     s, e = resting_server(guests, session, p), p.environment
     if hasattr(e, "brakes"):
         e = e._replace(brakes=False)
+    if isinstance(getattr(e, "coupling", None), Contained):
+        e = e._replace(coupling=e.coupling.law)
     return s, p._replace(environment=e)
 
 
