@@ -37,7 +37,12 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
     if params.is_hand:
         return task_hand(params, task, at)
     if params.is_remote:
-        return _remote(params, task, at)
+        inside = params.squeeze / params.remote.stiffness
+        pressed = at.along(at.side * (at.half_width_m - inside))
+        every = max(1, round(remote_hand.POINTER_S / at.tick_s))
+        p, the_task = remote_hand.remote_params(params, at.tick_s), task_of(task, at.axes)
+        pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
+        return remote_hand.TaskHand(remote_hand.resting_remote(at.start), 0), pointer
     if params.is_recorded:
         recording = load_recording(params, tick_s=at.tick_s, dof=at.axes)
         if params.answers:
@@ -50,16 +55,6 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
     return forces.GivenForce(0), forces.ForceParams(
         at.along(amplitude), swings, at.tick_s, params.frequency_hz, last_hz, params.sweep_s
     )
-
-
-def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Made:
-    """Return a remote hand that does the task."""
-    inside = params.squeeze / params.remote.stiffness
-    pressed = at.along(at.side * (at.half_width_m - inside))
-    every = max(1, round(remote_hand.POINTER_S / at.tick_s))
-    p, the_task = remote_hand.remote_params(params, at.tick_s), task_of(task, at.axes)
-    pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)
-    return remote_hand.TaskHand(remote_hand.resting_remote(at.start), 0), pointer
 
 
 def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
