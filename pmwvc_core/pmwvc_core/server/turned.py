@@ -13,8 +13,9 @@ faster by ``REPAID`` e/h, of which the waves do not know, where a compensation p
 Equations: docs/theory.md 5.12, 5.19.
 """
 
+from typing import Any
+
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import ServerParams
@@ -31,7 +32,7 @@ class Turned:
     def __init__(self, shape: tuple[int, int], server: ServerParams) -> None:
         self.handles = [list(IDENTITY if shape[1] == AXES else ())] * shape[0]
         self.devices: list[tuple[Value, Orientation] | None] = [None] * shape[0]  # and x [m]
-        self.since: dict[int, tuple[Array, Rotation]] = {}  # users joined
+        self.since: dict[int, tuple[Array, Any]] = {}  # users joined
         self._shape, self._lever_m, self._known = shape, server.lever_m, False
         self.repays = COMPENSATIONS.of(server.compensation).limits
 
@@ -43,8 +44,12 @@ class Turned:
     def repaying(self, places: Array, there: tuple[bool, ...], h: float) -> Array:
         """Return the velocities ``(users, dof)`` that bring handles back [m/s]."""
         wish, most = np.zeros(self._shape), LARGEST_RAD_S * self._lever_m
+        if not (self.repays and self._known):
+            return wish
+        from scipy.spatial.transform import Rotation  # takes long; only six axes need it
+
         for user, seen in enumerate(self.devices):
-            if seen and there[user] and self.repays and self._known:
+            if seen and there[user]:
                 lag, device = seen[0] - places[user], Rotation.from_quat(seen[1])
                 handle = Rotation.from_quat(self.handles[user])
                 before, turn = self.since.setdefault(user, (lag, device.inv() * handle))

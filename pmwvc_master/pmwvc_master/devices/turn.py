@@ -5,7 +5,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pmwvc_core.transport.orientation import unit
 
@@ -21,6 +20,8 @@ class Turn:
         """Take an orientation, a unit quaternion x y z w; tell whether it was one."""
         q, before = unit(quaternion, self.orientation), self.orientation
         if q and before:
+            from scipy.spatial.transform import Rotation  # takes long; only six axes need it
+
             turn = Rotation.from_quat(q) * Rotation.from_quat(before).inv()
             self.way = self.way + self.lever_m * turn.as_rotvec()
         self.orientation = q or before
