@@ -230,7 +230,8 @@ class PlayedWave:
         along = wave @ towards
         if wish * (wish + 2.0 * along) > room:
             wish = min(max(math.sqrt(along * along + max(room, 0.0)) - along, 0.0), wish)
-        self.calm_s = min(self.calm_s, 0.1 + self.grows_s * wish / self.fastest_repaid)
+        risen = max(wish / self.fastest_repaid, 0.1)
+        self.calm_s = min(self.calm_s, 0.1 + self.grows_s * risen)
         self.owed = self.owed - wish * h * towards
         self.anything_owed = bool(np.any(np.abs(self.owed) > 1e-15))
         return wish * towards

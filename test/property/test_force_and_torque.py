@@ -54,7 +54,7 @@ def test_a_handle_that_turns_far_does_not_leave_the_workspace(groups, stays):
 def test_the_limit_of_a_torque_is_that_of_its_force_at_the_lever(max_torque, share):
     safety = SafetyParams(max_force=8.0, max_torque=max_torque)
     session = session_given(dof=6, server=ServerParams(lever_m=0.05))
-    _, p = made_user(User("user1", side=-1, safety=safety), session, answer_tick=0)
+    _, p = made_user(User("user1", side=-1, given_safety=safety), session, answer_tick=0)
     (force, one), (torque, found) = p.limits.groups
     assert (force, torque, one) == (BOTH[0][0], BOTH[1][0], 1.0)
     assert found == pytest.approx(share)

@@ -61,7 +61,7 @@ class Case(NamedTuple):
 CASES = (
     Case("master.impedance", 40.0),
     Case("master.impedance", 40.0, PLAIN),
-    Case("master.rate_drop", 4, LATER),
+    Case("master.rate_drop", 4, (*LATER, "server.period_s=0.004"), CLOCK_N),
     Case("master.local_model.stiffness", 900.0, MODEL),
     Case("master.local_model.damping", 9.0, MODEL),
     Case("master.local_model.acts", "above", MODEL),

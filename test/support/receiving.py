@@ -16,6 +16,7 @@ from pmwvc_core.law.channel.packet import Packing, Sent, pack
 from pmwvc_core.law.channel.playout import Energies, PlayoutParams
 from pmwvc_core.made.user import packing_params
 from pmwvc_core.params import DeadbandParams
+from pmwvc_core.transport.orientation import AXES, IDENTITY
 from support.session_given import session_given
 
 
@@ -79,7 +80,8 @@ class SendingEnd:
         sent = Sent(vector(wave, self.dof), (0.0,) * self.dof, -1.0, (), 0)
         says = now_ns, (False, False), anew, False, 0, 0
         self.s, packet, sends = pack(self.s, sent, self.period_s, *says, self.p)
-        return message(packet, 1, 0, (0, 0, 0)) if sends else None
+        turned = IDENTITY if self.dof == AXES else ()
+        return message(packet, 1, 0, (0, 0, 0), turned) if sends else None
 
 
 class Playing:

@@ -10,7 +10,7 @@ to 6 (l times the sum of the turns). Waves in flight part ways and orientations 
 
 is what they do not explain. As a port that guesses forces does, this one moves the handle
 faster by ``REPAID`` e/h, of which the waves do not know, where a compensation pays for it.
-Equations: docs/theory.md 5.12, 5.19.
+Equations: docs/theory.md 5.19.
 """
 
 from typing import Any
@@ -22,7 +22,7 @@ from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation
 
-REPAID = 0.3  # of the drift in a step, as of what waves and avatar are apart (5.12)
+REPAID = 0.3  # of the drift in a step, as of what waves and avatar are apart
 LARGEST_RAD_S = 0.5  # a device whose orientation jumps turns nobody's hand
 
 

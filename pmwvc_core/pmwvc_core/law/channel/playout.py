@@ -37,7 +37,7 @@ from pmwvc_core.law.channel.ramp import Asked, Ramp, changed_ramp, ramp_step, re
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, shortened, squared, within, zero
 from pmwvc_core.law.wave.wave import affordable, repayment, wave_j
 
-SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
+SETTLED, AT_ONCE = 1e-15, 0.1  # [sqrt(W) s]: nothing; of ``most_repaid``: need not rise
 
 
 class Energies(NamedTuple):
@@ -172,7 +172,7 @@ def play(s: Playout, h: float, p: PlayoutParams) -> tuple[Playout, Vector]:
         fades = max(3.0 * pace.ratio - 2.0, 0.0)
         wish = scaled(shortened(wish, p.most_repaid * min(since, 1.0)), fades)
         repaid, _ = affordable(wave, wish, most - squared(wave))
-        rises = math.sqrt(squared(repaid)) / p.most_repaid
+        rises = max(math.sqrt(squared(repaid)) / p.most_repaid, AT_ONCE)
         since_s = min(since_s, SETTLE_S + p.rises_s * rises)
         undelivered = minus(undelivered, scaled(repaid, h))
         wave = plus(wave, repaid)
