@@ -19,7 +19,7 @@ from rosbags.highlevel import AnyReader
 from setup_ros import locked
 from support.other_systems import ENCODING, GONE, taken_away
 
-from pmwvc_analysis.recording.schemas import OUR_TYPES, hash_of, schema_text
+from pmwvc_analysis.recording.schemas import OUR_TYPES, schema_text, store_of
 
 ROOT = Path(__file__).resolve().parents[2]
 BIN = Path(sys.prefix, "bin")
@@ -106,7 +106,8 @@ def test_the_recording_is_one_that_this_environment_reads_alike(fresh):
         assert len(list(reader.messages())) > 100
     assert set(found) == set(OUR_TYPES)
     for name, text in found.items():
-        assert hash_of(text, name) == hash_of(schema_text(name), name)
+        theirs, ours = store_of((text, name)), store_of((schema_text(name), name))
+        assert theirs.hash_rihs01(name) == ours.hash_rihs01(name)
 
 
 @pytest.fixture(params=["Linux", "Darwin", "Windows"])

@@ -11,9 +11,9 @@ import pytest
 from support.lab import example_of, offer
 from support.plain import load
 
-from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.models.any_delay import any_delay
+from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.law.server.contacts import couple

@@ -160,7 +160,7 @@ def test_behind_an_encoder_the_damping_of_the_device_is_a_remainder():
     traces = simulate_one(scenario)
     found = budget(traces, scenario)
     assert found.notes == []
-    assert [each.part for each in found.remainders] == ["device_damping"] * 2
+    assert [part for _, part in found.remainders] == ["device_damping"] * 2
     assert found.closes
     noise = found.parts["user1"]["sample_hold"][-1]
     assert noise < -1e-3  # what the velocity measured books beyond the work of the hand

@@ -69,7 +69,7 @@ def test_an_account_of_another_package_is_a_part_of_the_budget(monkeypatch):
     assert words_of("link_and_lab_heat") == "link in both directions, laboratory"
     assert account_words("lab_heat") == "damping of the laboratory"
     assert (user.name, "link_and_lab_heat") in [(o, part) for o, part, _ in known.judged()]
-    assert (user.name, "link") in [(each.owner, each.part) for each in known.remainders]
+    assert (user.name, "link") in known.remainders
     signs = {role: accounted_sign(monkeypatch, heat._replace(role=role)) for role in Role}
     assert signs == {Role.TAKEN: 1, Role.GIVEN: -1, Role.WITHIN: 0, Role.LEVEL: 0, Role.SHOWN: 0}
 

@@ -70,7 +70,7 @@ def test_a_message_leaves_when_due_as_it_came_and_is_written_down_then():
     block = bench.relayed.fates.take()
     assert block.pop("first") == 1
     assert {name: int(column[0]) for name, column in block.items()} == {
-        **{"epoch": 3, "seq": 4, "bytes": 148, "fate": FateKind.DELIVERED, "cause": 0},
+        **{"epoch": 3, "seq": 4, "bytes": len(message), "fate": FateKind.DELIVERED, "cause": 0},
         **{"time_in_ns": 2 * MS, "time_due_ns": 12 * MS, "time_out_ns": 13 * MS},
     }
 
