@@ -72,7 +72,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_075,
+        4_071,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),

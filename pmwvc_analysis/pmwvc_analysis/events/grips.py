@@ -25,6 +25,7 @@ from pmwvc_analysis.traces.sums import runs, spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces
+from pmwvc_core.transport.orientation import IDENTITY
 from pmwvc_core.words import listed
 
 
@@ -73,12 +74,7 @@ def _place(server: ServerTraces, user: int, part: str, body: str, stiffness: flo
     bent = np.pad(force / max(stiffness, 1.0), [(0, 0), (0, 3 - force.shape[1])])
     away = server.poses[part][:, :3] - server.poses[body][:, :3] - bent
     turned = np.roll(server.poses[body][:, 3:], -1, axis=1)
-    turned[~(np.linalg.norm(turned, axis=1) > 0.0)] = (
-        0.0,
-        0.0,
-        0.0,
-        1.0,
-    )  # a recording may hold anything
+    turned[~(np.linalg.norm(turned, axis=1) > 0.0)] = IDENTITY  # a recording may hold anything
     return np.asarray(Rotation.from_quat(turned).inv().apply(away))
 
 
