@@ -139,10 +139,10 @@ def verdict(found: Passivity, owner: str) -> str:
         why = unknown[0].why  # some texts begin with when
         return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
     least = min(ports, key=lambda port: (port.least_j, -port.declared_j))
+    text = f"{part_words(least)}, " * (least.least_j < -least.tolerance_j) + amount(least)
     if least.least_j < -least.declared_j - least.tolerance_j:  # counts of an encoder explain it
-        bound = f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}"
-        return f"{bound}: {part_words(least)}, {amount(least)}"
-    return "; ".join([f"passive: {amount(least)}", *(port.why for port in ports if port.why)])
+        return f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}: {text}"
+    return "; ".join([f"passive: {text}", *(port.why for port in ports if port.why)])
 
 
 def amount(finding: Finding) -> str:
