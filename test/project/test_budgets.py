@@ -50,7 +50,7 @@ ROOMS = {
         ),
     ),
     "scenes": Room(986, 900, inside("pmwvc_core", "scenes")),
-    "links and packets": Room(2_287, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_292, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_926,
         4_700,
@@ -72,7 +72,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_071,
+        4_070,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),

@@ -7,16 +7,9 @@ was lost is made up.
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.receiving import Playing
 
 from pmwvc_core.law.channel.constants import TANK_J
-from pmwvc_core.law.channel.playout import (
-    Energies,
-    PlayoutParams,
-    add,
-    play,
-    ramped,
-    resting_playout,
-)
 
 TICK_S, TICKS, WAVE = 0.001, 8, 0.23  # 1.6 N at b = 25 N s/m
 FRAME_S = TICKS * TICK_S
@@ -25,8 +18,9 @@ FELT = 0.25 * WAVE  # the change within a tick
 
 def largest_change(seed, store_j, frames=400):
     """Return the largest change of the wave within a tick, with gaps of up to 16 packets."""
-    rng, p = np.random.default_rng(seed), PlayoutParams(0.5, 0.1, store_j, TANK_J - store_j)
-    s, waves = ramped(resting_playout((0.0,), Energies()), TICKS), []
+    lends = {"store_j": store_j, "keep_j": TANK_J - store_j}
+    playout, waves = Playing(steps=TICKS, most_repaid=0.5, **lends), []
+    rng = np.random.default_rng(seed)
     lost, waited, integral, paid_j = 0, 0, 0.0, 0.0
     for frame in range(frames):
         wave = WAVE * (1.0 + 0.3 * np.sin(np.pi * frame * FRAME_S))
@@ -37,12 +31,10 @@ def largest_change(seed, store_j, frames=400):
         if lost:
             lost -= 1
         else:
-            s = add(s, (integral,), paid_j, waited * FRAME_S)
+            playout.add(integral, paid_j, waited * FRAME_S)
             waited, integral, paid_j = 0, 0.0, 0.0
-        for _ in range(TICKS):
-            s, (w,) = play(s, TICK_S, p)
-            waves.append(w)
-        assert s.moved.given_j <= s.moved.received_j + store_j + 1e-12
+        waves += [playout.step(TICK_S) for _ in range(TICKS)]
+        assert playout.given_j <= playout.received_j + store_j + 1e-12
     return float(np.abs(np.diff(waves[30 * TICKS :])).max())
 
 

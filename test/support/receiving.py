@@ -87,9 +87,9 @@ class SendingEnd:
 class Playing:
     """A playout; waves are floats or ``(dof,)``."""
 
-    def __init__(self, dof=1, *, most_repaid=1.0, rises_s=SETTLE_S):
-        self.dof, self.p = dof, PlayoutParams(most_repaid, rises_s, 0.0)
-        self.s = playout.resting_playout((0.0,) * dof, Energies())
+    def __init__(self, dof=1, *, steps=1, most_repaid=1.0, rises_s=SETTLE_S, **lends):
+        self.dof, self.p = dof, PlayoutParams(most_repaid, rises_s, **{"store_j": 0.0, **lends})
+        self.s = playout.ramped(playout.resting_playout((0.0,) * dof, Energies()), steps)
 
     def add(self, integral, energy_j, duration_s):
         self.s = playout.add(

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The linear matrices of all ends of scenarios, each made once for what decides it.
 
-Of all states those matter that are read and driven,
-those present twice once: entries are exactly zero or rows exactly equal in every run, so leaving
-others out changes no eigenvalue other than zero, nor what follows from the inputs.
+Of all states those matter that are read and driven, those present twice once: entries are exactly
+zero or rows exactly equal in every run, so leaving others out changes no eigenvalue other than
+zero, nor what follows from the inputs.
 """
 
 from collections.abc import Sequence

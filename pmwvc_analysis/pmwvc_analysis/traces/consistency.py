@@ -4,10 +4,9 @@
 
 At a port with impedance b, F = sqrt(b/2) (u - v) and xd = (u + v)/sqrt(2b) hold for every sample;
 so does F xd = (|u|^2 - |v|^2)/2. The running sums that master and server keep have to be the sums
-of what they recorded. Where parameters changed in flight,
-the record is looked at up to the first change; where an invariant holds in some rows only, it is
-looked at there. Together with the energy budget they find every trace that was falsified but those
-that test/unit/test_falsified.py lists.
+of what they recorded. Where parameters changed in flight, the record is looked at up to the first
+change; where an invariant holds in some rows only, it is looked at there. Together with the energy
+budget they find every trace that was falsified but those that test/unit/test_falsified.py lists.
 """
 
 from collections.abc import Iterator, Mapping

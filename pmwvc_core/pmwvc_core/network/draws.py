@@ -49,15 +49,13 @@ class Draws:
         block, row = divmod(count - 1, BLOCK)
         held = self._blocks.get((name, index))
         if held is None or held[0] != block:
-            key = zlib.crc32(name.encode())
-            rng = np.random.default_rng((*self._seed, key, OWN + index, block))
+            rng = np.random.default_rng((*self._seed, _key(name), OWN + index, block))
             held = self._blocks[name, index] = block, rng.random(BLOCK).tolist()
         return held[1][row]
 
     def each(self, name: str, fate: Fate, index: int = 0) -> float:
         """Return a number of a packet or copy from a generator of its own."""
-        key = zlib.crc32(name.encode())
-        rng = np.random.default_rng((*self._seed, key, fate.number, fate.copy))
+        rng = np.random.default_rng((*self._seed, _key(name), fate.number, fate.copy))
         return float(rng.random(index + 1)[index])
 
     def correlated(self, name: str, fate: Fate, u: float, rho: float) -> float:
@@ -71,6 +69,10 @@ class Draws:
         if not fate.copy:  # the next one does not depend on a copy's
             self._chains[name] = z
         return min(STANDARD_NORMAL.cdf(z), BELOW_ONE)
+
+
+def _key(name: str) -> int:
+    return zlib.crc32(name.encode())
 
 
 class Losses:

@@ -117,6 +117,9 @@ class RecordedFate(NamedTuple):
     at_ns: int | None = None  # when it came out, where that is to be kept
 
 
+LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
+
+
 class RecordedLink(InFlight):
     """A link that does to its packets what was recorded of another: for replays.
 
@@ -137,8 +140,8 @@ class RecordedLink(InFlight):
         counters = self.counters
         counters.in_count = number = counters.in_count + 1
         recorded = 1 + int((number - 1) * self._per_packet + 1e-9)
-        fates, lost = [], RecordedFate(None, FateKind.LOST, Cause.LOSS)
-        for delay_ns, kind, cause, at_ns in self._record.get(recorded, (lost,)):
+        fates = []
+        for delay_ns, kind, cause, at_ns in self._record.get(recorded, LOST_RECORD):
             fate = Fate(number, now_ns, 0, kind, cause, size_bytes)
             fates.append(fate)
             counters.lost += kind is FateKind.LOST
