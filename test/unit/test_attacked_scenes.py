@@ -4,15 +4,11 @@
 words before anything starts.
 """
 
-import dataclasses
-
 import numpy as np
 import pytest
 from support.vendor_setup import vendor_setup
 
 from pmwvc_analysis.traces.stages import until
-from pmwvc_analysis.transparency.answer import sentences
-from pmwvc_analysis.transparency.transparency import Rendering
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import surroundings
 from pmwvc_core.errors import ParameterError, ScenarioError
@@ -93,12 +89,6 @@ def test_a_session_with_a_scene_can_be_judged_until_a_time_in_it():
     cut = until(traces, 0.2)
     assert cut.server.scene == traces.server.scene and cut.server.scene["shapes"]
     assert len(cut.server.poses["box"]) == len(cut.server.time_s) < len(traces.server.time_s)
-
-
-def test_nothing_known_of_a_rendering_is_said_in_a_word():
-    nothing = dataclasses.asdict(Rendering())
-    found = dict(nothing, user="user1", source="law", ideal=nothing, measured=None, notes=[])
-    assert sentences(found) == ["user1, through the link: unknown", "ideal: unknown"]
 
 
 @pytest.mark.parametrize("service", ["ws://localhost:99999", "localhost", "http://localhost:1"])

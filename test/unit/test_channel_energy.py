@@ -38,11 +38,6 @@ def test_without_images_the_rate_drop_is_lossless_in_the_end():
     assert found["closed_left_j"] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_example_is_for_waves_that_are_aliased():
-    with pytest.raises(ValueError, match="between pi/2 and pi"):
-        channel_energy.aliasing_example(1.0)
-
-
 @given(rate_drop=rate_drops)
 def test_a_spike_at_the_sampling_instant_leaves_m_times_as_large(rate_drop):
     spike = np.zeros(3 * rate_drop)

@@ -118,11 +118,6 @@ def scenario(coupling):
     return parse_scenario(values | {"duration_s": 0.2, "server": {"coupling": coupling}})
 
 
-def test_a_coupling_runs_as_its_record_makes_it(lab):
-    ours, theirs = (simulate_one(scenario(name)) for name in ("implicit", "exact"))
-    assert (ours.server.f_s[0] == theirs.server.f_s[0]).all()
-
-
 @pytest.mark.parametrize(("name", "own"), [("torn", "implicit"), ("torn_late", "one_step_delay")])
 def test_a_step_that_fails_is_solved_exactly_counted_and_named(lab, name, own):
     """The control is the same coupling whole: until the first fault they are the same bits."""

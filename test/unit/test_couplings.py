@@ -9,11 +9,8 @@ import pytest
 from support.law_rigs import Port, Users
 
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams
-from pmwvc_core.params.server import COMPENSATIONS, INTEGRATORS, KNOWN
 from pmwvc_core.params.server import COUPLINGS as NAMES
-from pmwvc_core.server.couplings import COMPENSATIONS as COMPENSATIONS_MADE
-from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.environments import LIBRARY
+from pmwvc_core.params.server import INTEGRATORS
 
 H, B_W, K, B_C, M_O = 0.008, 25.0, 500.0, 10.0, 2.0
 RATIO = np.sqrt(2.0 / B_W)
@@ -32,13 +29,6 @@ def two_users(coupling, *, contact="bilateral", integrator="backward_euler", **s
 
 def random_waves(seed, steps=30):
     return np.random.default_rng(seed).normal(0.0, 0.3, (steps, 2)).tolist()
-
-
-def test_every_name_of_a_parameter_is_made():
-    assert tuple(COUPLINGS.library) == NAMES
-    assert tuple(COMPENSATIONS_MADE.library) == COMPENSATIONS
-    assert tuple(name for name, record in LIBRARY.items() if record.known) == KNOWN
-    assert all(record.made or record.outside for record in LIBRARY.values())
 
 
 class Written:

@@ -83,14 +83,6 @@ def test_a_file_that_cannot_be_used_is_refused_with_the_reason(tmp_path, text, m
         load_delay_trace(write(tmp_path, text), 1.0)
 
 
-def test_a_missing_file_is_named_and_live_settings_stay(tmp_path):
-    channel = Link(LinkParams(delay_s=0.001), seed=1)
-    missing = str(tmp_path / "none.txt")
-    with pytest.raises(RecordingError, match=r"none\.txt: cannot be read as a delay trace"):
-        channel.configure(LinkParams(jitter="trace", trace_file=missing))
-    assert channel.send("a", 0)[0].time_due_ns == MS
-
-
 @pytest.mark.parametrize(
     "name, rows, p50_ms, p99_ms, longest_ms, length_s",
     [

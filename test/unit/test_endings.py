@@ -26,13 +26,6 @@ def noted(who, time_s):
     return {"time_s": time_s, "who": who, "what": KILLED, "code": -9, "signal": "SIGKILL"}
 
 
-def test_a_whole_session_passes():
-    result = judged(handmade.session())
-    assert result["check"] == {"passed": True, "reasons": []}
-    assert result["interrupted"] == []
-    assert result["judged_until_s"] == result["duration_s"]
-
-
 @pytest.mark.parametrize("texts", [["link.schedule=1.5 outage"], ["master.rate_drop=900"]])
 def test_neither_an_outage_nor_a_slow_sender_ends_an_emulator(texts):
     scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)

@@ -30,13 +30,6 @@ def test_a_pure_delay_holds_what_is_in_flight():
         assert entry.passive
 
 
-def test_both_ways_together_are_the_power_at_the_two_ports():
-    for entry in user_energies(handmade.session(dof=3)):
-        np.testing.assert_allclose(
-            entry.joint.balance_j, entry.up.balance_j + entry.down.balance_j, atol=1e-12
-        )
-
-
 def test_a_channel_that_amplifies_is_not_passive():
     gain = 1.2
     up = user_energies(handmade.session(gain=gain))[0].up
@@ -112,10 +105,6 @@ def test_work_done_on_the_hand_is_no_restart():
     np.testing.assert_allclose(found.energy_in_j[1:], work[TICKS - 1 : -1 : TICKS], atol=1e-12)
 
 
-def test_running_sums_go_on_over_a_restart():
-    np.testing.assert_allclose(running(np.array([0.0, 2.0, 3.0, 0.5, 1.0])), [0, 2, 3, 3.5, 4.0])
-
-
 def test_without_waves_only_the_joint_balance_is_there():
     traces = handmade.session()
     for user in traces.users:
@@ -124,12 +113,6 @@ def test_without_waves_only_the_joint_balance_is_there():
     assert entry.up is None
     assert entry.down is None
     assert entry.passive
-
-
-def test_without_the_server_there_is_no_balance():
-    traces = handmade.session()
-    traces.server = None
-    assert user_energies(traces) == []
 
 
 def test_a_tick_counts_when_it_really_ran():

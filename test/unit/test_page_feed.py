@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The feed of a page: traces of several nodes on one grid, and the energy accounts of them."""
 
-import struct
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +18,7 @@ from pmwvc_view.feed.feed import PATIENCE_S, Feed
 from pmwvc_view.feed.rows import touching
 from pmwvc_view.feed.tape import joined, since
 from pmwvc_view.feed.verdict import Judge, verdict
-from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
+from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.recorded import RecordedSession
 from pmwvc_view.simulated import Simulation
 
@@ -354,19 +353,3 @@ def test_row_has_the_eight_strongest_contacts_with_the_force_on_the_earlier_body
     signs = [1, -1, 1, -1, 1, 1, 1, 1]  # given: on the second
     np.testing.assert_allclose(shown[1, :, 5], signs * (10.0 - np.arange(8)))
     assert np.isnan(touching(traces)).all()
-
-
-@pytest.mark.parametrize("bodies", [0, 1, 2, 7])
-def test_snapshot_sends_28_bytes_a_body_and_everything_else_as_it_is(bodies):
-    layout = Layout(["user1"], 3, [f"body{number}" for number in range(bodies)])
-    row = np.arange(layout.size) + 1.0 / 3.0
-    outgoing = Outgoing(layout)
-    for packets in ([[1.0, 2.0, 3.0, 4.0, 5.0]], [[6.0, 7.0, 8.0, 9.0, np.nan]]):  # sent as one
-        outgoing.add(Snapshot(row, np.array(packets), layout.narrow))
-    narrow = 7 * bodies + 48 * (bodies > 0)  # contacts, where there is a scene
-    wide = layout.size - narrow
-    form = f"<{wide}d{narrow}f{4 * (bodies % 2)}x10d"
-    found = struct.unpack(form, outgoing.take())
-    assert found[:wide] == tuple(row[:wide])
-    np.testing.assert_allclose(found[wide:-10], row[wide:], rtol=1e-7)
-    np.testing.assert_equal(found[-10:], [1, 2, 3, 4, 5, 6, 7, 8, 9, np.nan])

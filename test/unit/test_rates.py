@@ -21,15 +21,6 @@ def ticks_of(packets, ticks, ramp, s=REST):
     return out
 
 
-def test_a_zero_order_hold_repeats_the_packet():
-    assert ticks_of([1.0, -2.0], 3, 1) == [1.0] * 3 + [-2.0] * 3
-
-
-def test_a_first_order_hold_goes_from_the_packet_before_to_this_one():
-    out = ticks_of([1.0, 3.0], 4, 4)
-    assert out == [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0]
-
-
 @pytest.mark.parametrize("ramp", [1, 8])
 def test_before_the_first_packet_there_is_no_wave(ramp):
     assert hold(REST, ramp)[1] == (0.0,)

@@ -15,7 +15,6 @@ from support import handmade
 from support.handmade import START_NS, TICKS
 from support.rewriting import raw, rewritten, unequal, written
 
-from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
@@ -116,14 +115,6 @@ def test_a_hand_that_is_not_known_is_not_a_number(folder, tmp_path):
     assert np.isfinite(found.users[1].f_h).all()
 
 
-def test_ticks_missed_and_interventions_of_the_limits_come_back(tmp_path):
-    traces = handmade.session(duration_s=0.1)
-    traces.users[1].missed, traces.users[1].safety_events = 7, 3
-    record_traces(tmp_path, traces, handmade.scenario(duration_s=0.1))
-    user = read_session(tmp_path).users[1]
-    assert (user.missed, user.safety_events) == (7, 3)
-
-
 def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
     half, before = 100, {}  # blocks, while the force rises
 
@@ -147,17 +138,6 @@ def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
     again = [event for event in complete(after, None) if event["kind"] == "restart"]
     assert [(event["who"], event["time_s"]) for event in again] == [("user1 master", 0.8)]
     assert not [event for event in complete(whole, None) if event["kind"] == "restart"]
-
-
-def test_blocks_that_are_missing_are_holes_and_no_fault_of_the_master(folder, tmp_path):
-    change = without(("/user1/trace", range(31, 41), None))
-    found = read_session(rewritten(raw(folder), tmp_path / "b", change))
-    (hole,) = holes(found)
-    assert (hole.owner, hole.missing) == ("user1", 10)
-    assert (hole.start_s, hole.end_s) == pytest.approx((0.24, 0.32))
-    (event,) = [each for each in complete(found, None) if each["kind"] in ("recording", "stall")]
-    assert event["who"] == "recorder"
-    assert found.counts["/user1/trace"]["missing"] == 10
 
 
 def shifted(messages, rows, by_ns):
@@ -250,18 +230,6 @@ def test_what_holds_no_session_is_refused_in_words(tmp_path, make, words):
         read_session(tmp_path / "a")
 
 
-@pytest.mark.parametrize(("seconds", "blocks"), [(3600, range(101, 126)), (-3600, range(5, 9))])
-def test_a_clock_that_is_set_does_not_bend_the_time_line(folder, tmp_path, seconds, blocks):
-    def stepped(topic, message):
-        if topic == "/user1/trace" and message.seq in blocks:
-            message.stamp.sec += seconds
-        return message
-
-    found = read_session(rewritten(raw(folder), tmp_path / "b", stepped))
-    np.testing.assert_allclose(found.users[0].time_s, np.arange(1000) * 0.001, atol=1e-6)
-    assert found.server.time_s[0] == pytest.approx(0.0, abs=1e-6)
-
-
 def clocks(wall_ns=lambda seq: 0, host_ns=0, *, echoes=True):
     """Change the clocks of user1's host: wall time per block, and time since its start."""
 
@@ -302,17 +270,3 @@ def test_without_echoes_only_a_wall_clock_aligns_and_that_is_reported(folder, tm
     found = read_session(rewritten(raw(folder), tmp_path / "b", ahead))
     assert found.metadata["alignment"]["user1"]["how"] == "wall clock"
     np.testing.assert_allclose(found.users[0].time_s[0] - found.users[1].time_s[0], 0.05)
-
-
-def test_the_budget_says_once_where_a_server_that_started_twice_again_ends_it():
-    traces = handmade.session(duration_s=0.5)
-    steps = len(traces.server.step)
-    traces.server.step = np.arange(steps) % (steps // 3)
-    found = budget(traces, handmade.scenario(duration_s=0.5))
-    when_s = traces.server.time_s[steps // 3]
-    notes = [note for note in found.notes if "started" in note]
-    assert notes == [f"server: started again at {when_s:.2f} s; the budget ends there"]
-    found.hands["user1"][-1] += 0.25
-    named = {each["name"]: each["hand_j"] for each in found.summary()["users"]}
-    assert named == {name: sums[-1] for name, sums in found.hands.items()}
-    assert found.summary()["residual_j"] == found.residual_j[-1]

@@ -8,38 +8,8 @@ import pytest
 from support import linear_loops
 
 from pmwvc_analysis.models.links import LinkWay, Times
-from pmwvc_analysis.models.variation import settled_pace, stackable, with_stiffness
-from pmwvc_core.errors import ScenarioError
+from pmwvc_analysis.models.variation import settled_pace, with_stiffness
 from pmwvc_core.law.channel.pace import NEW, pace_arrive, pace_step
-from pmwvc_core.scenario.names import value_of, varied
-
-
-def test_a_user_in_front_means_that_user_only():
-    scenario = varied(linear_loops.scenario(), "user2.device.mass", 0.4)
-    assert [user.device.mass for user in scenario.users] == [0.25, 0.4]
-    assert value_of(scenario, "user2.device.mass") == 0.4
-    assert value_of(scenario, "device.mass") == 0.25
-
-
-def test_numbers_may_differ_side_by_side_but_times_may_not():
-    assert stackable("server.contact_stiffness")
-    assert stackable("user1.master.filter.pole_rad_s")
-    for name in ("link.delay_s", "master.rate_drop", "server.period_s", "master.hold"):
-        assert not stackable(name)
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "words"),
-    [
-        ("server.contact_stifness", 1.0, "did you mean server.contact_stiffness"),
-        ("device.mass", -1.0, "must be > 0 kg"),
-        ("user7.device.mass", 1.0, "there is no user7"),
-        ("dof", 2.0, "make two scenarios"),
-    ],
-)
-def test_a_mistake_is_reported(name, value, words):
-    with pytest.raises(ScenarioError, match=words):
-        varied(linear_loops.scenario(), name, value)
 
 
 def test_stiffnesses_keep_their_proportion():

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from pmwvc_bringup import scenarios
-from pmwvc_core.frame import LIVE
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.simulation.conditions import Conditions, Steps
+from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
 
@@ -61,37 +60,6 @@ def of(rows, what, who=0):
     return [(time, tick) for time, kind, whose, tick in rows if (kind, whose) == (what, who)]
 
 
-def test_the_order_of_a_frame_is_send_serve_tick():
-    first = [row[1:3] for row in ran() if row[0] == 8 * MS]
-    assert first[:3] == [("SEND", 0), ("SEND", 1), ("SERVE", 0)]
-    assert first[3:] == [("TICK", 0), ("TICK", 1)]
-
-
-def test_every_tick_runs_once_and_frames_send_once():
-    rows = ran("user1.master.rate_drop=4", first=3)
-    for who, first in enumerate((3, 0)):
-        assert [tick for _, tick in of(rows, "TICK", who)] == list(range(first, TICKS))
-    assert [tick for _, tick in of(rows, "SEND")] == [3, 7, 11, 15]
-
-
-def test_live_phases_put_the_step_after_two_ticks():
-    rows = ran(schedule=LIVE)
-    assert of(rows, "SERVE") == [(2 * MS, 2), (10 * MS, 10)]
-
-
-def test_events_come_in_the_order_in_which_loops_really_ran():
-    times = np.arange(TICKS) * MS
-    times[2:5] = [int(5.2 * MS), int(5.7 * MS), int(6.2 * MS)]  # late, and catching up
-    times[5:8] = [int(6.7 * MS), int(7.2 * MS), int(7.7 * MS)]
-    steps = Steps(np.array([2, 10]), np.array([2 * MS, 10 * MS + 300]), np.full(2, 0.008))
-    rows = ran(schedule=LIVE, ran_ns=times, steps=steps)
-    own = [row for row in rows if row[2] == 0]
-    assert [row[0] for row in own] == sorted(row[0] for row in own)
-    kinds = [(kind, tick) for _, kind, _, tick in own]
-    assert kinds.index(("SERVE", 2)) < kinds.index(("TICK", 2))
-    assert kinds.index(("TICK", 10)) < kinds.index(("SERVE", 10))
-
-
 def test_a_missed_tick_passes_when_the_loop_runs_again():
     times = np.arange(TICKS) * MS
     times[6:10] = -1  # the end of one frame and the start of the next
@@ -108,14 +76,6 @@ def test_a_device_stands_still_beyond_a_tenth_of_a_second_as_a_live_one_does():
     times[2:14] = -1
     rows = ran(*ten_ms, ran_ns=times)
     assert of(rows, "PASS") == [(140 * MS, k) for k in range(2, 11)]
-
-
-def test_ticks_before_the_first_and_after_the_last_are_not_missed():
-    times = np.full(TICKS, -1)
-    times[3:12] = np.arange(3, 12) * MS
-    rows = ran(ran_ns=times, first=2)
-    assert not of(rows, "PASS")
-    assert [tick for _, tick in of(rows, "TICK")] == list(range(3, 12))
 
 
 @pytest.mark.parametrize("channel", ["plain", "strict"])

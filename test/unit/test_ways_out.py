@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the command line answers to a mistake, and how it prints numbers at the edge of reading."""
 
-import os
-import stat
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,6 @@ from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_words
 from pmwvc_bringup import cli, scenarios
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import hint
-from pmwvc_core.runtime.token_files import write_session
 from pmwvc_core.words import cell, quantity, share
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,15 +49,6 @@ def test_one_name_given_twice_is_a_mistake(capfd):
         cli.main([*words, "link.loss=0.2"])
     assert "--set link.loss=0.2: link.loss is given twice" in capfd.readouterr().err
     assert cli.main([*words, "link.up.loss=0.2"]) == 0
-
-
-def test_a_key_is_for_its_owner_whatever_files_are_by_default(tmp_path):
-    before = os.umask(0)
-    try:
-        files = write_session(tmp_path / "keys", ["user1"])
-    finally:
-        os.umask(before)
-    assert {stat.S_IMODE(file.stat().st_mode) for file in files} == {0o600}
 
 
 @pytest.mark.parametrize(
