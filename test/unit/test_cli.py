@@ -173,10 +173,6 @@ def test_scenarios_for_a_program(pmwvc):
     assert whole == yaml.safe_load(pmwvc("scenarios", "wall").stdout)
 
 
-def test_the_help_tells_how_nodes_are_started(pmwvc):
-    assert "pmwvc node netem --ros-args -p users" in pmwvc("node", "--help").stdout
-
-
 def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
     result = pmwvc("tune", "wall", "--set", "duration_s=2", "--out", "tuned.yaml", "--json")
     best = json.loads(result.stdout)["best"]["settings"]

@@ -1,13 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The anti-aliasing filter: its cut-off, its output, its delay, and what the rate drop behind it
-does with energy.
+does with energy; Butterworth filters in closed form are those of scipy, without its import.
 """
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from scipy import signal
 from support.filter_runs import BUTTERWORTH, KINDS, Stage, run
 from support.strategies import TICK_S
@@ -16,7 +20,16 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain
-from pmwvc_core.wave.filter_design import design, half_power_hz, order_of, pole_of, response
+from pmwvc_core.wave.filter_design import (
+    HIGHEST_ORDER,
+    bilinear_sections,
+    design,
+    half_power_hz,
+    least_order,
+    order_of,
+    pole_of,
+    response,
+)
 from reproduction import down_sampler
 
 AT = {"tick_s": TICK_S, "rate_drop": 8}
@@ -181,3 +194,50 @@ def test_the_account_of_app_a_figure_8_is_that_of_the_filtered_wave_and_its_samp
     np.testing.assert_allclose(found["left_j"][0], expected, atol=1e-15)
     assert found["minimum_j"][0] == pytest.approx(expected.min())
     assert found["final_j"][0] == pytest.approx(expected[-1])
+
+
+ANGLES = np.linspace(0.0, 3.14, 400)
+
+
+@pytest.mark.parametrize("side", ["low", "high"])
+@pytest.mark.parametrize("order", range(1, 13))
+@pytest.mark.parametrize("cutoff_hz", [7.0, 15.9, 60.0, 200.0, 450.0])
+def test_bilinear_sections_respond_as_scipys(order, cutoff_hz, side):
+    cutoff = 2.0 / TICK_S * np.tan(np.pi * cutoff_hz * TICK_S)
+    ours = bilinear_sections(order, cutoff, TICK_S, side)
+    theirs = signal.butter(order, cutoff_hz, side, fs=1.0 / TICK_S, output="sos")
+    values = [signal.sosfreqz(sos, ANGLES)[1] for sos in (ours, theirs)]
+    np.testing.assert_allclose(values[0], values[1], atol=1e-12)
+
+
+@given(
+    edges=st.tuples(st.floats(1.0, 400.0), st.floats(1.0, 400.0)),
+    losses=st.tuples(st.floats(0.1, 80.0), st.floats(0.1, 80.0)),
+)
+def test_the_least_order_is_scipys(edges, losses):
+    low, high = sorted(edges)
+    little, much = sorted(losses)
+    assume(high / low > 1.01 and much - little > 0.01)
+    for pass_hz, stop_hz in ((low, high), (high, low)):
+        expected, _ = signal.buttord(pass_hz, stop_hz, little, much, analog=True)
+        if expected > HIGHEST_ORDER:
+            with pytest.raises(ParameterError, match=f"is of order {expected:.0f},"):
+                least_order(pass_hz, little, stop_hz, much)
+        else:
+            assert least_order(pass_hz, little, stop_hz, much) == expected
+
+
+def test_filter_questions_do_not_import_scipys_signal_processing():
+    program = (
+        "import sys\n"
+        "from pmwvc_core.params import FilterParams\n"
+        "from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain\n"
+        "one = FilterParams(kind='butterworth', pass_hz=25.0, stop_hz=50.0)\n"
+        "for ask in (delay_of, warnings_of, worst_case_gain):\n"
+        "    ask(one, tick_s=1e-3, rate_drop=8)\n"
+        "print([name for name in sys.modules if name.split('.')[0] == 'scipy'])\n"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.strip() == "[]"

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support.strategies import impedances, matrices, power, signals_of
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import root, squared
+from pmwvc_core.numeric import root
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.wave.impedance import (
@@ -26,7 +26,6 @@ from pmwvc_core.wave.impedance import (
     server_impedance,
 )
 
-LAWS = (WavePort.u, WavePort.force, WavePort.v, WavePort.velocity)
 any_impedance = st.one_of(impedances, matrices(dof=3))
 
 
@@ -85,19 +84,6 @@ def test_control_another_root_or_sign_does_not_carry_the_power():
     for to_u, to_f in ((by_elements,) * 2, (of_cholesky,) * 2, (r, -r)):
         u, f = to_u @ xd - v, b.matrix @ xd - to_f @ v
         assert power(u, v)[0] != pytest.approx(f @ xd, rel=1e-3)
-
-
-def test_runs_and_axes_side_by_side_equal_single_floats():
-    rng = np.random.default_rng(11)
-    xd, v, b = rng.normal(size=(4, 3)), rng.normal(size=(4, 3)), rng.uniform(1, 50, size=(4, 1))
-    for law in LAWS:
-        together = law(WavePort(b), xd, v)
-        for run, axis in np.ndindex(4, 3):
-            port = WavePort(float(b[run, 0]))
-            single = law(port, float(xd[run, axis]), float(v[run, axis]))
-            assert type(single) is float
-            assert together[run, axis] == single
-    np.testing.assert_allclose(squared(np.array([[3.0, 4.0], [0.0, 1.0]])), [[25.0], [1.0]])
 
 
 @pytest.mark.parametrize(

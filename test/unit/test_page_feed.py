@@ -75,22 +75,6 @@ def values(layout, snapshots, name):
     return [float(each.row[layout.slices[name]][0]) for each in snapshots]
 
 
-def test_row_holds_the_newest_tick_and_step_at_its_time_and_the_extremes_since_the_last():
-    layout, feed = feed_of(("user1",), ALONE)
-    forces = np.sin(np.arange(48.0))
-    for start in range(0, 48, 8):
-        feed.on_master(block(start, forces[start : start + 8]))
-        feed.on_server(step(start + 2, ("user1",)))
-    rows = feed.rows(48 * MS)
-    assert values(layout, rows, "seq") == [1.0, 2.0]
-    assert values(layout, rows, "time_s") == [0.016, 0.032]
-    assert values(layout, rows, "user1.x_m") == [16.0, 32.0]
-    assert values(layout, rows, "user1.x_s") == [10.0, 26.0]
-    assert values(layout, rows, "user1.f_applied") == [forces[16], forces[32]]
-    assert values(layout, rows, "user1.f_max") == [forces[:17].max(), forces[17:33].max()]
-    assert values(layout, rows, "user1.f_min") == [forces[:17].min(), forces[17:33].min()]
-
-
 @settings(max_examples=30)
 @given(st.permutations(range(3)), st.integers(1, 5))
 def test_rows_do_not_depend_on_whose_trace_comes_first(order, together):

@@ -4,7 +4,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -44,15 +43,6 @@ def children():
     group.kill()
 
 
-def is_alive(pid: int) -> bool:
-    """A zombie that nobody has collected yet is dead."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except FileNotFoundError:
-        return False
-    return state not in "ZX"
-
-
 @pytest.mark.parametrize("ignored", [False, True])
 def test_a_child_that_obeys_ends_by_the_first_signal(children, tmp_path, ignored):
     """A shell lets a background command ignore SIGINT; its children must not inherit that."""
@@ -88,35 +78,6 @@ def test_an_ending_is_reported_once_with_signal_or_code(children, tmp_path):
     ended = [str(ending) for ending in children.endings()]
     assert ended == ["one was ended by SIGKILL", "two exited with 3"]
     assert children.endings() == children.stop(["one", "two"]) == []
-
-
-def test_children_end_when_their_parent_is_killed(tmp_path):
-    """The control: the same child without the tie to its parent lives on."""
-    code = (
-        "import os, subprocess, sys\n"
-        "from pathlib import Path\n"
-        "from pmwvc_bringup.session.processes import Children\n"
-        f"command = [sys.executable, '-c', {OBEYS!r}]\n"
-        "tied = Children().start('tied', command, env=os.environ, log=Path(sys.argv[1], 'log'))\n"
-        "loose = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)\n"
-        "while not tied.has_logged('ready'): pass\n"
-        "print(tied.process.pid, loose.pid, flush=True)\n"
-        "tied.process.wait()\n"
-    )
-    parent = subprocess.Popen(
-        [sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True
-    )
-    tied, loose = map(int, parent.stdout.readline().split())
-    try:
-        assert is_alive(tied) and is_alive(loose)
-        parent.kill()
-        parent.wait()
-        while is_alive(tied):
-            time.sleep(0.01)
-        assert is_alive(loose)
-    finally:
-        os.kill(loose, signal.SIGKILL)
-        parent.stdout.close()
 
 
 def test_an_interrupt_that_a_library_swallowed_ends_a_session_before_it_begins(

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Order, copies, gaps and corruption are counted at the receivers exactly as they were injected,
-and the report has them in words.
+and the report has them in words; gaps in the numbers of recorded messages.
 """
 
 from html import unescape
@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 from support.packer import Packer
 from support.plain import load
 
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.links import came_out
+from pmwvc_analysis.recording.own import Decoded, Series
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.verdicts.verdicts import summary
@@ -129,3 +131,18 @@ def test_the_messages_of_two_starts_are_added_up():
 
     found = reception_traces("user1/up", [message(1, 1, 3), message(1, 2, 5), message(2, 1, 1)])
     assert (found.receivers, found.counts["lost"]) == (2, 6)
+
+
+def gaps(numbers):
+    return Series(schemas.WAVE, [Decoded(0, None, *each) for each in numbers]).gaps()
+
+
+@given(st.lists(st.integers(1, 60), min_size=1, max_size=60, unique=True))
+def test_gaps_are_what_is_not_there(numbers):
+    absent = {*range(1, max(numbers) + 1)} - {*numbers}
+    assert gaps(("a", number) for number in numbers) == {"a": (len(absent), len({*numbers}))}
+
+
+def test_publishers_are_counted_apart():
+    found = gaps((f"{epoch}", seq) for epoch, seq in ((1, 1), (1, 3), (2, 1), (2, 2)))
+    assert found == {"1": (1, 2), "2": (0, 2)}

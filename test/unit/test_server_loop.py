@@ -1,7 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The steps of the server and their users on an invented grid: no clock, no ROS."""
+"""The steps of the server and their users on an invented grid, no clock, no ROS: who joins, leaves
+and comes back; hundreds of joins and leaves leave nothing behind.
+"""
 
+import gc
+import pickle
 from functools import partial
 
 import pytest
@@ -9,15 +13,79 @@ from support.loop_rig import Wires
 from support.packer import Packer
 from support.session_given import session_given
 
+from pmwvc_bringup import scenarios as files
 from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.frame import Presence
+from pmwvc_core.law.server.contacts import contact_energy
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING
 from pmwvc_server.loop import ServerLoop
+
+STEP_NS = 8_000_000
+
+
+class Server:
+    """A server whose users come and go, each time with a new life."""
+
+    def __init__(self, channel):
+        texts = [f"channel={channel}"]
+        self.step_ = ServerEnd(files.load("carry_16ms", settings_texts=texts))
+        self.now_ns = self.lives = 0
+        self.echo = (0, 0, 0)
+
+    def step(self, *packets):
+        self.now_ns += STEP_NS
+        (answer, _), _ = self.step_.tick(self.now_ns, [list(packets), []])
+        self.echo = (answer.seq, answer.sent_ns, 0) if answer else (0, 0, 0)
+
+    def visit(self, *, goodbye=True):
+        """Join, send a wave, and leave with a last packet, or without one."""
+        self.lives += 1
+        packer = Packer(self.lives, period=0.008)
+        for wave in (0.0, 0.3, 0.1):
+            self.step(packer.pack(wave, -0.03, self.now_ns, echo=self.echo))
+        assert self.step_.presence[0] is Presence.COUPLED
+        if goodbye:
+            self.step(packer.pack(0.0, -0.03, self.now_ns, FLAG_LEAVING))
+        else:
+            self.now_ns += round((self.step_.p.release_s + 1.0) * 1e9)
+            self.step()
+        assert self.step_.presence[0] is Presence.ABSENT
+
+    def size(self):
+        """Objects of the process, and bytes of the server's state."""
+        gc.collect()
+        return len(gc.get_objects()), len(pickle.dumps(self.step_.s))
+
+
+@pytest.mark.parametrize("channel", ["strict", "plain"])
+def test_hundreds_of_joins_and_leaves_leave_nothing_behind(channel):
+    server = Server(channel)
+    for visit in range(200):
+        server.visit(goodbye=visit % 2 == 0)
+    objects, state = server.size()
+    for visit in range(600):
+        server.visit(goodbye=visit % 2 == 0)
+    more, later = server.size()
+    assert more - objects < 50  # one object a visit would be 600
+    assert later - state < 0.1 * state  # numbers of packets and times have more digits
+    assert contact_energy(server.step_.s.environment.ports[0].avatar.contact) == 0.0
+
+
+def test_what_is_kept_of_every_visit_is_seen():
+    """The control."""
+    server, kept = Server("strict"), []
+    server.visit()
+    objects, _ = server.size()
+    for _ in range(100):
+        server.visit()
+        kept.append(server.step_.s)
+    assert server.size()[0] - objects >= 100
+
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000
@@ -86,24 +154,6 @@ def test_steps_begin_with_the_first_user_and_only_who_is_there_is_answered():
     assert list(rig.loop.changes) == changes
 
 
-def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
-    """A master can tell a new avatar from the old one."""
-
-    def anew(user):
-        return {packet.flags & FLAG_ANEW for packet in rig.sent[user]}
-
-    rig = Rig().step(0, 1, times=10).step(0, times=10)
-    assert rig.presence == ["COUPLED", "DAMPING"]
-    assert rig.rows[-1].u_s[1] == 0.0
-    rig.step(0, 1)  # a gap too short to be taken out
-    assert len(anew(1)) == 1
-    rig.step(0, times=130)
-    assert rig.presence == FIRST
-    rig.step(0, 1)
-    assert rig.presence == BOTH
-    assert (len(anew(1)), len(anew(0))) == (2, 1)
-
-
 def test_the_next_master_of_a_user_who_has_left_is_challenged_and_joins_by_its_answer():
     rig = Rig().step(0, 1, times=10)
     played_back = rig.masters[1].pack(0.5, 0.5, rig.now_ns)
@@ -126,17 +176,6 @@ def test_the_next_master_of_a_user_who_has_left_is_challenged_and_joins_by_its_a
     assert rig.presence == BOTH
     assert rig.end.avatar(1)[1] == 0.0
     assert not rig.sent[1][-1].flags & FLAG_CHALLENGE
-
-
-def test_a_restarted_user_begins_anew_without_a_force():
-    rig = Rig(environment="wall").step(0, 1, times=10).step(0, 1, times=5, wave=0.7)
-    assert rig.end.avatar(1)[1] != 0.0
-    rig.masters[1] = Packer(77, period=PERIOD_S)
-    rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
-    assert rig.end.avatar(1)[1] != 0.0 and rig.sent[1][-1].echo_seq == 15
-    rig.step(0, times=2).step(0, 1)
-    assert rig.end.inboxes[1].epoch == 77
-    assert rig.end.avatar(1) == (0.5, 0.0)
 
 
 def test_the_target_rests_until_all_are_there():

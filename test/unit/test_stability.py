@@ -163,14 +163,6 @@ def test_the_steps_of_an_encoder_are_no_oscillation():
     assert judged(traces) is not None
 
 
-def test_a_verdict_states_what_showed_it():
-    traces = oscillating(session(), rms_m_s=20e-3, hertz=40.0)
-    found = verdict(traces, None)
-    assert not found.stable
-    assert found.why == "user1's device keeps oscillating with 20.0 mm/s"
-    assert found.oscillation_m_s == pytest.approx(0.02, rel=0.01)
-
-
 def test_strength_is_an_rms_over_all_axes_and_growth_a_ratio():
     traces = oscillating(session(dof=3), rms_m_s=20e-3, hertz=40.0, rate_per_s=0.5)
     found = strength(motions(traces, None)[0], traces.duration_s)
