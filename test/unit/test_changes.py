@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters that change during a session in virtual time, and what is judged and accounted of it."""
+"""Parameters that change during a session in virtual time, and what is judged and
+accounted of it.
+"""
 
 import dataclasses
 from dataclasses import replace

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The combinations of a comparison, the parameters of each controller in it, and its conclusions."""
+"""The combinations of a comparison, the parameters of each controller in it, and its
+conclusions.
+"""
 
 import re
 

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a replay is from its recording, and the recorded targets of remote hands that drive it."""
+"""How far a replay is from its recording, and the recorded targets of remote hands that
+drive it.
+"""
 
 import math
 from types import SimpleNamespace

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions in virtual time: the order of ticks as a session ran, results in the order asked for."""
+"""Sessions in virtual time: the order of ticks as a session ran, results in the order
+asked for.
+"""
 
 import numpy as np
 import pytest
