@@ -104,17 +104,6 @@ def test_a_topic_that_is_not_there_leaves_its_part_empty(folder, tmp_path, left_
     assert (found.fates == {}) == (left_out == "/netem/fates")
 
 
-def test_a_hand_that_is_not_known_is_not_a_number(folder, tmp_path):
-    def unknown(topic, message):
-        if topic == "/user1/trace":
-            message.hand_force_known, message.f_h = False, np.zeros(0)
-        return message
-
-    found = read_session(rewritten(raw(folder), tmp_path / "b", unknown))
-    assert np.isnan(found.users[0].f_h).all()
-    assert np.isfinite(found.users[1].f_h).all()
-
-
 def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
     half, before = 100, {}  # blocks, while the force rises
 
@@ -140,35 +129,25 @@ def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
     assert not [event for event in complete(whole, None) if event["kind"] == "restart"]
 
 
-def shifted(messages, rows, by_ns):
-    """Record some of user1's blocks at another time [ns]."""
-    changed, count = [], 0
-    for each in messages:
-        count += each.topic == "/user1/trace"
-        inside = each.topic == "/user1/trace" and count in rows
-        changed.append(each._replace(log_ns=each.log_ns + by_ns) if inside else each)
-    return changed
-
-
 def test_a_master_that_stood_still_is_no_other_publisher(folder, tmp_path):
     """The block under way is recorded two seconds late; all later ones begin as much later."""
+    stood_ns, late, count = 2 * 10**9, [], 0
+    for each in raw(folder):
+        count += each.topic == "/user1/trace"
+        after = each.topic == "/user1/trace" and count >= 60
+        late.append(each._replace(log_ns=each.log_ns + stood_ns) if after else each)
 
     def stood_still(topic, message):
         if topic == "/user1/trace" and message.seq > 60:
-            message.start_ns += 2 * 10**9
+            message.start_ns += stood_ns
             message.stamp.sec += 2
         return message
 
-    late = shifted(raw(folder), range(60, 1000), 2 * 10**9)
     found = read_session(rewritten(late, tmp_path / "b", stood_still))
     assert not [each for each in found.events if each.get("kind") == "stranger"]
     assert not holes(found)
     stalls = [e["what"] for e in complete(found, None) if e["kind"] == "stall"]
     assert stalls == ["no ticks for 2.000 s: the loop did not run"]
-    # the control: in number and clock between its neighbours, recorded two seconds early
-    early = shifted(raw(folder), [60], -2 * 10**9)
-    (event,) = read_session(rewritten(early, tmp_path / "c")).events
-    assert event["what"] == "1 message on /user1/trace out of sequence, left out"
 
 
 def test_what_was_not_recorded_is_missing_but_not_what_a_link_lost(folder, tmp_path):
@@ -256,7 +235,6 @@ def clocks(wall_ns=lambda seq: 0, host_ns=0, *, echoes=True):
         clocks(wall_ns=lambda seq: 50_000_000, host_ns=HOUR_NS),
         clocks(wall_ns=lambda seq: 24 * HOUR_NS * (seq % 3), host_ns=-HOUR_NS),
     ],
-    ids=["strobing", "another host", "another host, strobing"],
 )
 def test_wall_clocks_that_differ_make_no_link_active(folder, tmp_path, change):
     found = read_session(rewritten(raw(folder), tmp_path / "b", change))
