@@ -162,7 +162,7 @@ def test_a_long_session_is_thinned_and_keeps_peak_and_hole():
     assert np.isnan(y[rows]).sum() == 1
 
 
-@pytest.mark.parametrize("count", [1, 2, 6])
+@pytest.mark.parametrize("count", [6])
 def test_every_figure_is_valid_xml_with_all_its_curves(count, tmp_path):
     traces, scenario = many_users(count), handmade.scenario(duration_s=1.6)
     traces.events = [{"time_s": 0.5, "who": "user1", "kind": "grip", "what": "<gripped> & held"}]

@@ -5,10 +5,9 @@
 import pytest
 from support.plain import load
 
-from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import assembled, flat_mapping, flattened, leaves, nested, replaced
-from pmwvc_core.scenario.names import resolved, spec_of, value_of, varied
+from pmwvc_core.scenario.names import resolved, value_of, varied
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
 
@@ -43,22 +42,6 @@ def test_a_group_goes_by_name_and_back_and_one_nested_value_is_replaced_alone():
 )
 def test_a_name_means_users_and_directions(name, user, complete):
     assert resolved(name) == (user, complete)
-
-
-@pytest.mark.parametrize(
-    ("name", "nearest"),
-    [
-        ("user3.server.contact_stifness", "user3.server.contact_stiffness"),
-        ("user1.dof", None),  # shared by all
-        ("qqqq.delay_s", "link.delay_s"),
-        ("link.prest", "link.preset"),
-    ],
-)
-def test_an_unknown_name_gets_the_nearest(name, nearest):
-    with pytest.raises(ScenarioError, match=r"no such parameter|shared by all") as caught:
-        spec_of(name)
-    if nearest:
-        assert f"did you mean {nearest}?" in str(caught.value)
 
 
 def test_file_option_and_variation_set_the_same():

@@ -38,31 +38,17 @@ def test_a_users_own_value_wins_and_a_later_source_wins_over_that(file, override
     assert [user.side for user in parse_scenario(BASE, users=4).users] == [-1, 1, -1, 1]
 
 
-def test_every_mistake_is_named_at_once_with_value_range_and_nearest_name():
-    found = "\n".join(
-        problems(
-            {
-                "name": "pair",
-                "users": 2,
-                "cutof": 3,
-                "master": {"impedance": -3, "rate_drop": 0},
-                "device": {"mass": -1.0},
-                "user3": {"device": {"mass": 1}},
-                "server": {"couplin": "implicit", "contact": "sticky"},
-            },
-            overrides={"link.dely_s": 3},
-        )
-    )
+def test_every_mistake_is_named_at_once():
+    given = {"name": "pair", "users": 2, "cutof": 3, "user3": {"device": {"mass": 1}}}
+    wrong = {"master": {"impedance": -3}, "server": {"couplin": "implicit"}}
+    found = "\n".join(problems(given | wrong, overrides={"link.dely_s": 3}))
     for text in (
         "duration_s is missing",
         "controller is missing: must be one of pmwvc, direct",
         "cutof = 3: there is no such parameter",
         "master.impedance = -3.0: must be 0.01..1000 N s/m",
-        "master.rate_drop = 0: must be 1..1000",
-        "device.mass = -1.0: must be > 0 kg",
         "user3: users = 2; raise users or remove it",
         "did you mean server.coupling?",
-        "server.contact = 'sticky': must be one of bilateral, grip",
         "did you mean link.delay_s?",
     ):
         assert text in found

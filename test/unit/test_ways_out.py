@@ -35,6 +35,9 @@ ROOT = Path(__file__).resolve().parents[2]
         ("xyzxyz=30", "there is no such parameter", "did you mean"),
         ("link.loss=5", "5 % is 0.05", "did you mean"),
         ("link.loss=-1", "must be", "%"),
+        ("user1.server.contact_stifness=3", "mean user1.server.contact_stiffness?", "%"),
+        ("link.prest=lte", "did you mean link.preset?", "%"),
+        ("user1.dof=2", "shared by all", "did you mean"),
     ],
 )
 def test_a_wrong_setting_gets_the_way_out_that_fits(setting, told, not_told):
