@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.scenes import scene, written
+from support.simulated import quick_summary
 from support.vendor_setup import vendor_setup
 
 from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_analysis.figures.recorded import conditions
-from pmwvc_analysis.session_files import finish
+from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.stages import until
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.scenarios import load
@@ -192,14 +193,13 @@ def test_the_note_has_no_contact_law_that_a_scene_does_not_have(door):
         assert "delay 16/16 ms" in note
 
 
-def test_the_report_says_what_was_written_into_the_model(door, tmp_path):
+def test_the_report_says_what_was_written_into_the_model(door):
     scenario = replace(door[1], duration_s=0.4)
     (traces,) = simulate([scenario])
     found = []
     for written_in in (traces.server.scene, {}):
         said = replace(traces, server=replace(traces.server, scene=written_in))
-        finish(tmp_path, said, scenario)
-        page = (tmp_path / "report.html").read_text("utf-8")
+        page = render(said, scenario, quick_summary(said, scenario), [])
         found += [re.findall(r"Scene options, written into the model[^<]*", page)]
     ((text,), nothing) = found
     assert ": cone elliptic, impratio 100.0, " in text

@@ -95,10 +95,6 @@ def test_a_box_between_fingers_that_squeeze_too_little_slips_and_only_its_pose_t
     assert not told(scenario, traces)
 
 
-def test_a_box_between_fingers_that_squeeze_enough_stays():
-    assert not told(*simulated("lift", 4.0, **HASTE))
-
-
 def test_a_box_that_is_let_go_falls_when_nobody_touches_it():
     scenario, traces = simulated("hand_over", 7.2, without=("user3", "user4"))
     (fall,) = (each for each in told(scenario, traces) if each["kind"] == "drop")

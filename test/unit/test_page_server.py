@@ -134,7 +134,7 @@ def test_page_that_does_not_look_is_sent_no_more_than_its_credit_then_the_presen
     assert np.array_equal(numbers, np.arange(sent[-1][0] + 1, newest[0] + 1))
 
 
-QUESTIONS = 400  # at once, fewer than a page may send
+QUESTIONS = 150  # at once, fewer than a page may send
 
 
 def test_questions_as_many_as_a_page_may_send_are_dropped_before_any_work(monkeypatch):
