@@ -115,26 +115,6 @@ def test_a_coupling_is_its_equation(law, integrator, b_o):
 
 
 @pytest.mark.parametrize("coupling", NAMES)
-def test_all_couplings_agree_when_the_step_is_short_and_mirror_what_is_mirrored(coupling):
-    """Slow waves, 1 ms: what is left between the schemes is of the order of the step."""
-    ends = []
-    for name in ("implicit", coupling):
-        server = two_users(name, period_s=0.001)
-        for n in range(1000):
-            push = 0.2 * np.sin(2 * np.pi * n / 1000)
-            server.step([push, 0.5 * push])
-        ends.append([server.x_o, *server.x_s])
-    assert np.abs(ends[0]).max() > 0.01
-    np.testing.assert_allclose(ends[1], ends[0], atol=2e-4)
-    one, other = two_users(coupling, contact="grip"), two_users(coupling, contact="grip")
-    for left, right in random_waves(7, steps=100):
-        one.step([left, right])
-        other.step([-right, -left])
-        assert one.x_o == pytest.approx(-other.x_o, abs=1e-12)
-        assert one.f_s[0] == pytest.approx(-other.f_s[1], abs=1e-9)
-
-
-@pytest.mark.parametrize("coupling", NAMES)
 @pytest.mark.parametrize("contact", ["bilateral", "grip"])
 def test_pressed_steadily_a_wall_shows_its_stiffness_and_a_one_sided_one_lets_go(
     coupling, contact

@@ -231,15 +231,3 @@ def test_page_that_asks_for_too_much_at_once_is_told_and_hands_go_on():
         assert [answer["done"] for answer in restarts] == [True] + 4 * [False]
         dropped = page.ask("ask", values={})
         assert (dropped["done"], dropped["text"]) == (False, "a newer question came")
-
-
-def test_taking_hold_does_not_describe_the_session_anew():
-    session, described = HandmadeSession(), []
-    message = session.message
-    session.message = lambda holders: described.append(1) or message(holders)
-    with served(session) as server, server.page() as page:
-        before = len(described)
-        for _ in range(20):
-            page.ask("take", user="user1")
-            page.ask("let_go", user="user1")
-        assert len(described) == before

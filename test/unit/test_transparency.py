@@ -8,7 +8,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from support import plain as scenarios
 from support.pressed_wall import wall
 
 from pmwvc_analysis.models import linearize
@@ -100,18 +99,6 @@ def test_a_hand_that_answers_to_the_motion_is_refused(kind):
         measure(user, dataclasses.replace(scenario.users[0], given_operator=operator))
 
 
-def test_the_ratio_in_a_session_with_two_hands_is_not_the_admittance():
-    """The control: why it is refused."""
-    scenario = scenarios.load("carry_16ms", settings_texts=["server.contact=bilateral"])
-    user = simulate_one(scenario).users[0]
-    taken = dataclasses.replace(scenario.users[0].operator, kind="playback_force")
-    found = measure(user, dataclasses.replace(scenario.users[0], given_operator=taken))
-    forces = pressing(scenario, 0)
-    exact = frequency.response(linearize.build(scenario), found.frequency_hz, forces=forces)
-    assert np.median(np.abs(found.admittance - exact) / np.abs(exact)) > 0.3
-    assert np.median(found.coherence) > 0.5
-
-
 def test_of_two_users_one_pushes_alone():
     changes = GENTLE | CHIRP | {"users": 2, "server.environment": "cube"}
     scenario = parse_scenario(
@@ -140,16 +127,6 @@ def test_of_two_users_one_pushes_alone():
 def cube(**overrides):
     changes = {"users": 2, "server.environment": "cube", **overrides}
     return parse_scenario(wall().to_dict() | {"users": 2}, overrides=changes)
-
-
-def lag_s(scenario):
-    """tau: filter, a tick to the packet, hold, network both ways (docs/theory.md, section 11)."""
-    user = scenario.users[0]
-    p = np.exp(-user.master.filter.pole_rad_s * 1e-3)
-    m = user.master.rate_drop
-    hold = (m - 1) if user.master.hold == "foh" else (m - 1) / 2
-    network = user.link_up.delay_s + user.link_down.delay_s
-    return (p / (1 - p) + 1 + hold) * 1e-3 + network
 
 
 @pytest.mark.parametrize("hertz", [1.25, 12.5])

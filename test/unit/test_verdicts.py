@@ -101,16 +101,6 @@ def test_packets_are_counted_by_their_fates():
     assert link["delay_s"]["max"] == pytest.approx(0.036)
 
 
-def test_ticks_that_are_not_recorded_are_counted():
-    traces = session()
-    traces.users[0].tick[2000:] += 16
-    assert judged(traces)["users"][0]["ticks_missing"] == 0  # the loop skipped them
-    traces.users[0].time_s[2000:] += 0.016
-    traces.users[0].block_time_s[250:] += 0.016
-    traces.users[0].block_number[250:] += 2
-    assert judged(traces)["users"][0]["ticks_missing"] == 16
-
-
 def test_an_avatar_that_starts_elsewhere_is_compared_from_there():
     traces = session()
     traces.server.x_s[0] -= 0.03
