@@ -84,6 +84,19 @@ def test_a_step_is_what_changes_within_a_millisecond_whatever_the_tick(tick_s):
     assert found.blows == int(tick_s < 0.001)
 
 
+@pytest.mark.parametrize(("kind", "blows"), [("chirp", 0), ("sinusoid", 1)])
+def test_what_a_fast_hand_makes_of_its_own_force_is_no_blow_but_a_jump_is(kind, blows):
+    """3 N at 20 Hz change by up to 0.38 N in 1 ms; nothing slower than the chirp makes that."""
+    traces = pressed()
+    user = traces.users[0]
+    user.f_applied[:, 0] += 3.0 * np.sin(2.0 * np.pi * 20.0 * user.time_s)
+    swings = felt_of(traces, operator__kind=kind)
+    assert swings.force_step_max_n == pytest.approx(0.38, abs=0.02)
+    assert bool(swings.blows) == bool(blows)
+    user.f_applied[user.time_s > 3.0, 0] += 4.0
+    assert felt_of(traces, operator__kind="chirp").blows == 1
+
+
 def test_an_impact_is_no_fault():
     traces = pressed()
     user = traces.users[0]

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a hand feels and does: steps, buzz and lack of its force, and the band in which it moves.
 
-A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N``; *buzz*
-is the RMS of the applied force above ``BUZZ_HZ`` while the master is coupled, by a high pass
-without phase (:func:`.sums.beyond`): images of purposeful motion are what it counts. Of both, what
-an impact makes within ``IMPACT_S`` is left out. The *undisturbed force* is the median while the
+A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N`` and
+more than the largest force F changes by in the hand's own band f, 2 pi f F in a second; *buzz* is
+the RMS of the applied force above ``BUZZ_HZ`` while the master is coupled, by a high pass without
+phase (:func:`.sums.beyond`): images of purposeful motion are what it counts. Of all, what an
+impact makes within ``IMPACT_S`` is left out. The *undisturbed force* is the median while the
 master is coupled and the avatar touches, of a hand that means to hold a force, from ``BLOW_N`` on.
 
 *Disturbed* is a user that is not coupled, or has less than half of that force once it was felt,
@@ -34,7 +35,7 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.params import OperatorParams
+from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import count
@@ -78,9 +79,12 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     lasted_s = np.append(np.diff(user.time_s), user.tick_s)  # as far as that is on record
     lasted_s[:-1][broken[1:]] = user.tick_s
     steps = np.where(impact, 0.0, _steps(user, broken))
-    worst = int(np.argmax(steps))
+    worst, size = int(np.argmax(steps)), np.linalg.norm(user.f_applied, axis=-1)
+    band_hz = operator_band_hz(known.operator, scenario.task) if scenario and known else 0.0
+    smooth_n = 2.0 * math.pi * band_hz * float(np.nan_to_num(size).max()) * th.STEP_S
+    blows = int(begins(steps > max(th.BLOW_N, smooth_n)).sum())
     found = Felt(
-        float(steps[worst]), float(user.time_s[worst]), int(begins(steps > th.BLOW_N).sum()),
+        float(steps[worst]), float(user.time_s[worst]), blows,
         None, None, None, float(lasted_s[together].sum() / lasted_s.sum()),
         _buzz_n(user, coupled & ~impact & ~broken),
     )  # fmt: skip
@@ -91,7 +95,6 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     holds = known.device.is_simulated and known.operator.kind in ("hand", "constant")
     if server is None or not holds:
         return found
-    size = np.linalg.norm(user.f_applied, axis=-1)
     held = together & touches[np.maximum(row, 0)] & np.isfinite(size)
     undisturbed_n = float(np.median(size[held])) if held.any() else 0.0
     felt_at = held & (user.time_s >= closed_s(user, scenario)) & (size >= undisturbed_n)
@@ -207,14 +210,14 @@ def felt_words(found: Mapping[str, Any]) -> str:
     return ", ".join(parts)
 
 
-def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:
+def operator_band_hz(operator: OperatorParams, task: TaskParams) -> float:
     """Return the frequency below which this operator moves on purpose.
 
     A sinusoid brings harmonics where contact is made and broken. A recorded person moves and
     trembles up to 10 Hz; so does one with a pointer, whose handle is let go and taken.
     """
     if operator.is_hand:
-        return max(2.0, th.MINIMUM_JERK / move_rise_s) if moves else th.REST_BAND_HZ
+        return max(2.0, th.MINIMUM_JERK / task.move_rise_s) if task.moves else th.REST_BAND_HZ
     if operator.is_sinusoid:
         return max(th.REST_BAND_HZ, th.HARMONICS * operator.frequency_hz)
     if operator.is_chirp:
@@ -225,13 +228,10 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
 
 def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
     """Return the band of a session [Hz], that of the fastest hand and of the environment, and the
-    largest ratio of sampling images to purposeful motion.
-
-    ``closing``: hands close in what is judged.
+    largest ratio of sampling images to purposeful motion. ``closing``: hands close in that time.
     """
-    rise_s, moves = scenario.task.move_rise_s, scenario.task.moves
     hands = [user.operator for user in scenario.users]
-    band = max(operator_band_hz(hand, rise_s, moves=moves) for hand in hands)
+    band = max(operator_band_hz(hand, scenario.task) for hand in hands)
     band = max(band, th.HARMONICS * scenario.environment.drive_hz(scenario.server))
     if closing:
         band = max(band, th.MINIMUM_JERK / scenario.task.grip_rise_s)
