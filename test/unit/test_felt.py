@@ -195,15 +195,18 @@ def test_buzz_of_a_loop_too_slow_for_it_is_unknown():
     assert "buzz" not in felt_words(felt(traces, user, None)._asdict())
 
 
-@pytest.mark.parametrize(("environment", "slipped", "dropout_s"), [
-    ("body", True, 0.0), ("cube", True, 0.3), ("body", False, 0.3),
+@pytest.mark.parametrize(("environment", "slipped", "dropout_s", "blows"), [
+    ("body", True, 0.0, 0), ("cube", True, 0.3, 1), ("body", False, 0.3, 2),
 ])  # fmt: skip
-def test_what_slips_out_of_a_grip_is_no_dropout_of_the_loop(environment, slipped, dropout_s):
+def test_what_slips_out_of_a_grip_is_no_fault_of_the_loop(environment, slipped, dropout_s, blows):
     """The control: a force that is missing while the avatar has it is one; so is a lost cube."""
     traces = pressed()
     user, server = traces.users[0], traces.server
     user.f_applied[(user.time_s > 2.9995) & (user.time_s < 3.2995), 0] = 0.0
     if slipped:
-        server.f_s[0][(server.time_s > 2.98) & (server.time_s < 3.31)] = 0.0
+        apart = (server.time_s > 2.98) & (server.time_s < 3.31)
+        server.f_s[0][apart], server.contact[0][apart & (server.time_s < 3.29)] = 0.0, False
     of = {"server__coupling": "unknown", "server__environment": environment}
-    assert felt_of(traces, **of).dropout_s == pytest.approx(dropout_s, abs=1e-6)
+    found = felt_of(traces, **of)
+    assert found.dropout_s == pytest.approx(dropout_s, abs=1e-6)
+    assert found.blows == blows

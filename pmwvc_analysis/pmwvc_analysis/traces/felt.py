@@ -6,8 +6,9 @@ A *step* is a change of the applied force within 1 ms, a *blow* one of more than
 more than the largest force F changes by in the hand's own band f, 2 pi f F in a second; *buzz* is
 the RMS of the applied force above ``BUZZ_HZ`` while the master is coupled, by a high pass without
 phase (:func:`.sums.beyond`): images of purposeful motion are what it counts. Of all, what an
-impact makes within ``IMPACT_S`` is left out. The *undisturbed force* is the median while the
-master is coupled and the avatar touches, of a hand that means to hold a force, from ``BLOW_N`` on.
+impact, or a body that slips out of a grip, makes within ``IMPACT_S`` is left out. The *undisturbed
+force* is the median while the master is coupled and the avatar touches, of a hand that means to
+hold a force, from ``BLOW_N`` on.
 
 *Disturbed* is a user that is not coupled, or has less than half of that force once it was felt,
 though the scenario does not take it away: at the start, in outages of a link, while a node that it
@@ -69,7 +70,8 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     if server is not None:
         index = server.users.index(user.name)
         touches = touching(server, index)
-        made_s.append(server.time_s[begins(touches)])
+        slipped = ~touches & bool(scenario and scenario.environment.outside)  # out of a grip
+        made_s.append(server.time_s[begins(touches) | begins(slipped)])
         row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
         avatar = server.state[index][row] == Presence.COUPLED
         together = np.asarray(coupled & avatar & (row >= 0))
@@ -211,10 +213,8 @@ def felt_words(found: Mapping[str, Any]) -> str:
 
 
 def operator_band_hz(operator: OperatorParams, task: TaskParams) -> float:
-    """Return the frequency below which this operator moves on purpose.
-
-    A sinusoid brings harmonics where contact is made and broken. A recorded person moves and
-    trembles up to 10 Hz; so does one with a pointer, whose handle is let go and taken.
+    """Return the frequency below which an operator moves on purpose; one with a pointer, who lets
+    the handle go and takes it, is as fast as a recorded one.
     """
     if operator.is_hand:
         return max(2.0, th.MINIMUM_JERK / task.move_rise_s) if task.moves else th.REST_BAND_HZ
