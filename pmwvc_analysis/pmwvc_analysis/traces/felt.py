@@ -92,7 +92,7 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     )  # fmt: skip
     if scenario is None or known is None:
         return found
-    away = _taken_away(traces, user, known)
+    away = _taken_away(traces, user, known, scenario.task)
     found = found._replace(disturbed_s=float(lasted_s[~together & ~away].sum()))
     holds = known.device.is_simulated and known.operator.kind in ("hand", "constant")
     if server is None or not holds:
@@ -134,9 +134,7 @@ def stops_s(user: UserTraces, scenario: Scenario | None) -> Array:
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
-    """Return when a simulated hand has closed, counted from the soft start's end [s]; else 0, also
-    where the record begins behind the soft start.
-    """
+    """Return when a simulated hand has closed [s]; 0 where none does or its start is unknown."""
     hands = {known.name for known in scenario.users if known.operator.is_hand}
     coupled = user.block_time_s[user.state == SafetyState.COUPLED]
     unknown = not len(coupled) or (user.state[0] == SafetyState.COUPLED and user.time_s[0] > 0.0)
@@ -145,7 +143,7 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
     return float(coupled[0]) + scenario.task.grip_s + scenario.task.grip_rise_s
 
 
-def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
+def _taken_away(traces: SessionTraces, user: UserTraces, known: User, task: TaskParams) -> Flags:
     """Tell at which ticks the scenario takes the coupling of a user away."""
     delays_s = mean_s(known.link_up) + mean_s(known.link_down)
     back_s = th.BACK_S + known.safety.soft_start_s + delays_s
@@ -155,15 +153,17 @@ def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
     for name, fates in traces.fates.items():
         lost_ns = fates.time_in_ns[fates.cause == Cause.OUTAGE] - zeros.get(name, 0)
         found += [(time_s, time_s) for time_s in (lost_ns * 1e-9).tolist()]
-    found += _stood_still(traces)
+    found += _stood_still(traces, task.grip_s + task.grip_rise_s if task.closes else 0.0)
     away = np.zeros(len(user.time_s), dtype=bool)
     for start_s, end_s in found:
         away[slice(*np.searchsorted(user.time_s, (start_s, end_s + back_s)))] = True
     return away
 
 
-def _stood_still(traces: SessionTraces) -> Iterator[tuple[float, float]]:
-    """Yield from when to when nodes did not run because the scenario asked for it [s]."""
+def _stood_still(traces: SessionTraces, closing_s: float) -> Iterator[tuple[float, float]]:
+    """Yield from when to when nodes did not run because the scenario asked for it [s]; the hand of
+    a master that is started again has to close again.
+    """
     ran_s = {f"{user.name} master": user.time_s for user in traces.users}
     up = (traces.packets.get(f"/server/{user.name}/wave_up") for user in traces.users)
     ran_s["netem"] = np.sort(np.concatenate([[], *(each.time_s for each in up if each)]))
@@ -174,7 +174,8 @@ def _stood_still(traces: SessionTraces) -> Iterator[tuple[float, float]]:
             since_s.setdefault(who, time_s)
         elif who in since_s and who in ran_s:
             later = ran_s[who][ran_s[who] >= time_s]
-            yield since_s.pop(who), float(later.min(initial=traces.duration_s))
+            closing = closing_s * (action == "start" and who.endswith("master"))
+            yield since_s.pop(who), float(later.min(initial=traces.duration_s)) + closing
     yield from ((since_s[who], traces.duration_s) for who in since_s.keys() & ran_s.keys())
 
 
@@ -190,9 +191,7 @@ def _steps(user: UserTraces, broken: Flags) -> Array:
 
 
 def _buzz_n(user: UserTraces, counts: Flags) -> float | None:
-    """Return the RMS of the force above ``BUZZ_HZ`` in the ticks that count [N]; each stretch of
-    them is filtered by itself, so that nothing rings into it.
-    """
+    """Return the RMS of the force above ``BUZZ_HZ``, stretch by stretch of what counts [N]."""
     found = spans(counts & np.isfinite(user.f_applied).all(axis=-1))
     parts = [user.f_applied[s] for s in found if (s.stop - s.start) * user.tick_s >= th.WINDOW_S]
     fast = [beyond(part, user.tick_s, th.BUZZ_HZ) for part in parts]
@@ -239,12 +238,3 @@ def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
     highest = max(hand.frequency_hz for hand in hands) if driven else band
     slowest = max(scenario.server.period_s, *(user.master.frame_s for user in scenario.users))
     return band, highest / max(1.0 / slowest - highest, highest)
-
-
-def encoder_noise_m_s(user: User | None) -> float:
-    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s]: that of the
-    difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt 6).
-    """
-    if user is None or not user.device.differences:
-        return 0.0
-    return 2.0 * float(user.device.encoder_step_m) / (user.master.tick_s * math.sqrt(6.0))
