@@ -267,8 +267,7 @@ def test_every_figure_in_which_a_rival_is_better_is_named_with_amount_and_reason
     assert set(named) == {("lan", "force error [N]"), ("lan", "walls rendered [%]")}
     text = words(found)
     assert "`tdpa` 0.5 (1)" in text and "`tdpa` 100 (50)" in text
-    assert "`tdpa` generates energy (1 of 1 sessions, 4 mJ)" in text
-    assert "settings: with its defaults force error [N] 0.6" in text
+    assert "| energy: `tdpa` 4 mJ; " in text and "; defaults: force error 0.6 |" in text
     assert "Another method is better in 2 of " in counted(found)
     assert "## Where `strict` is not the best" in page(found, "commit 1")
     same_all = drawn_up((GOOD,) * 2, (GOOD,) * 2, (GOOD,) * 2)
@@ -279,7 +278,7 @@ def test_a_rival_that_does_not_work_does_not_count_and_that_is_said():
     shaky = dataclasses.replace(GOOD, force_error_n=0.1, restless=True)
     found = drawn_up((GOOD, GOOD), (shaky, GOOD), (GOOD, GOOD))
     assert words(found) == "Nowhere.\n"
-    assert "better in 0 of " in counted(found) and "with them it would be 1." in counted(found)
+    assert "better in 0 of " in counted(found) and "with those it would be 1." in counted(found)
 
 
 def test_buzz_at_the_rate_of_packets_is_told_from_other_noise():
@@ -308,8 +307,8 @@ def test_a_strict_session_that_fails_is_given_as_the_reason():
     )
     found = drawn_up((GOOD, lost), (GOOD, GOOD), (GOOD, GOOD))
     text = words(found)
-    assert "`tdpa` 0 (100)" in text and "`tdpa` 1e+03 (fails)" in text
-    assert "`strict` fails in 1 of 1 sessions (task not done)" in text
+    assert "`tdpa` 0 (100)" in text and "`tdpa` 1000 (fails)" in text
+    assert "fails: 1 of 1 (task not done)" in text
     assert "`strict` has failed sessions on lan" in counted(found)
     position = OF_TASK["carry"][0]
     assert value_of(found.of("tdpa", "carry", ["lan"]), position) == 1e3

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the strict channel is not the best: by network, task and figure, by how much, and what the
-numbers of the same sessions say of the reason.
+"""Where the strict channel is not the best: by network, task and figure, by how much, and the
+reasons that other numbers of the same sessions give.
 """
 
 import math
@@ -89,30 +89,28 @@ def words(study: Study) -> str:
     for task in dict.fromkeys(place.task for place in found):
         of_task = [place for place in found if place.task == task]
         columns = list(dict.fromkeys(place.column for place in of_task))
-        lines = [
-            ["network", *(column.label for column in columns), "why"],
-            ["---"] * (len(columns) + 2),
-        ]
+        lines = [["network", *(column.label for column in columns), "reasons"]]
         for network in dict.fromkeys(place.network for place in of_task):
             here = {place.column: place for place in of_task if place.network == network}
-            cells = [_cell(here[column]) if column in here else "-" for column in columns]
+            cells = [_cell(here[column]) if column in here else "" for column in columns]
             lines.append([network, *cells, "; ".join(_why(study, list(here.values())))])
-        rows = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
-        text.append(f"### {task}\n\n{rows}")
+        head, *rows = (f"| {' | '.join(cells)} |\n" for cells in lines)
+        text.append(f"### {task}\n\n{head}{'|---' * len(lines[0])}|\n{''.join(rows)}")
     return "\n".join(text) or "Nowhere.\n"
 
 
 def _why(study: Study, here: Sequence[Place]) -> list[str]:
-    """Return the reasons of the places of a network and task, each once."""
-    found: dict[str, None] = {}
+    """Return the reasons of the places of a network and task, by kind, each once."""
+    found: dict[str, dict[str, None]] = {}
     defaults: list[str] = []
     for place in (place for place in here if place.task != "walls"):
         of = study, place.network, place.task, place.column
-        found |= dict.fromkeys(reasons(*of, place.method))
+        for kind, amount in reasons(*of, place.method):
+            found.setdefault(kind, {})[amount] = None
         defaults += settings(*of, place.ours)
     if defaults:
-        found[f"settings: with its defaults {', '.join(defaults)}"] = None
-    return list(found) or ["no other number tells"]
+        found["defaults"] = dict.fromkeys(defaults)
+    return [f"{kind}: {', '.join(amounts)}" for kind, amounts in found.items()]
 
 
 def _cell(place: Place) -> str:
@@ -139,7 +137,7 @@ def counted(study: Study) -> str:
     text = f"Another method is better in {len(found)} of {total} figures"
     text += f" ({each}). " if found else ". "
     text += (
-        "Methods of which more than half of the sessions of any task fail or are restless on a "
-        f"network do not count there; with them it would be {len(also)}."
+        "A method does not count on a network where more than half of its sessions at any task "
+        f"fail or are restless; with those it would be {len(also)}."
     )
     return text + (f" `{OURS}` has failed sessions on {', '.join(fails)}." if fails else "")

@@ -5,6 +5,7 @@
 import numpy as np
 
 from benchmark.networks import Found, Group
+from pmwvc_core.numeric import Array
 from pmwvc_core.words import count, listed
 
 PAGE = "benchmark_networks.md"
@@ -62,7 +63,7 @@ def table(found: Sweep) -> str:
     channels = list(dict.fromkeys(group.channel for group in found))
     lines = [
         f"Each cell: {' / '.join(f'`{channel}`' for channel in channels)}; medians, largest in "
-        "brackets.",
+        "brackets where there are more sessions than one.",
         "",
         "| network | minimum balance [mJ] | below -1 nJ | offset at the end [mm] | peak force [N] "
         "| step of force [N] |",
@@ -90,5 +91,9 @@ def _cells(found: Sweep, network: str, channel: str) -> list[str]:
     return [
         f"{1e3 * least.min():.3g}" if least.min() < -ROUNDING_J else "0",
         f"{np.sum(least < LEAST_J)} of {len(least)}",
-        *(f"{np.median(each):.2f} ({each.max():.2f})" for each in numbers),
+        *(f"{np.median(each):.2f}" + _largest(each) for each in numbers),
     ]
+
+
+def _largest(each: Array) -> str:
+    return f" ({each.max():.2f})" if len(each) > 1 else ""
