@@ -30,14 +30,14 @@ numbers vary. `make faults` repeats all and writes this page (about ten minutes)
 
 * *Step*: largest change of force in 1 ms, without the half second after a contact; allowed:
   {step:g} N, a fifth of the grip.
-* *Below half*: time with less than half of the undisturbed force. *Beside the fault*: this time and
+* *Below half*: time with less than half of the undisturbed force. *Beside the fault*: this and
   time uncoupled, outside outages and stopped nodes; allowed: {gone:g} ms. Zeros are left out.
 * *Peak*: largest force over that of the undisturbed session.
 * *Offset*: distance of device and avatar in the last second, mean and maximum; allowed:
   F T/(2b) + 1 mm.
 * *T*: T1 + T2, port to port and back, as the playouts report it (median of the last second).
-  *Fit*: T from the waves' displacement. *Nominal*: T from the mean delays; it gives the bound for a
-  fault that has ended.
+  *Fit*: T from the waves' displacement. *Nominal*: T from the mean delays, for the
+  bound after a fault that has ended.
 * `plain`: the same fault on the plain channel, verdict and largest offset in the last second.
 
 | fault | done | required | result | verdict |
