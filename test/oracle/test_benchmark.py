@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from benchmark import estimate
 from benchmark.again import again, same
-from benchmark.better import counted, places, words
+from benchmark.better import counted, listed, places, words
 from benchmark.carry import completion_s
 from benchmark.columns import OF_TASK, value_of
 from benchmark.drawn import picture
@@ -266,8 +266,11 @@ def test_every_figure_in_which_a_rival_is_better_is_named_with_amount_and_reason
     named = {(one.network, one.column.label): one for one in places(found, found.held_out)}
     assert set(named) == {("lan", "force error [N]"), ("lan", "walls rendered [%]")}
     text = words(found)
-    assert "`tdpa` 0.5 (1)" in text and "`tdpa` 100 (50)" in text
-    assert "| energy: `tdpa` 4 mJ; " in text and "; defaults: force error 0.6 |" in text
+    assert "| carry | force error | 1 | `tdpa` 1 | energy 1, " in text
+    assert "| walls | walls rendered | 1 | `tdpa` 1 |  |" in text
+    rows = listed(found)
+    assert "carry,lan,force error [N],tdpa,0.5,1,energy: 4 mJ; " in rows
+    assert "; defaults: 0.6\n" in rows and "walls,lan,walls rendered [%],tdpa,100,50,\n" in rows
     assert "Another method is better in 2 of " in counted(found)
     assert "## Where `strict` is not the best" in page(found, "commit 1")
     same_all = drawn_up((GOOD,) * 2, (GOOD,) * 2, (GOOD,) * 2)
@@ -306,9 +309,8 @@ def test_a_strict_session_that_fails_is_given_as_the_reason():
         GOOD, failure="task not done", coherency_m=math.inf, force_error_n=math.inf
     )
     found = drawn_up((GOOD, lost), (GOOD, GOOD), (GOOD, GOOD))
-    text = words(found)
-    assert "`tdpa` 0 (100)" in text and "`tdpa` 1000 (fails)" in text
-    assert "fails: 1 of 1 (task not done)" in text
+    text = listed(found)
+    assert ",tdpa,0,100,fails: 1 of 1 (task not done)" in text and ",tdpa,1000,fails,fail" in text
     assert "`strict` has failed sessions on lan" in counted(found)
     position = OF_TASK["carry"][0]
     assert value_of(found.of("tdpa", "carry", ["lan"]), position) == 1e3

@@ -60,18 +60,18 @@ def _active(study: Study, network: str, task: str, method: str) -> Reason:
     active = [one for one in rows if one.passive is False]
     if len(active) <= SHARE * len(rows):
         return None
-    return "energy", f"`{method}` {number(1e3 * max(one.deficit_j for one in active))} mJ"
+    return "energy", f"{number(1e3 * max(one.deficit_j for one in active))} mJ"
 
 
-def settings(study: Study, network: str, task: str, column: Column, ours: float) -> list[str]:
+def settings(study: Study, network: str, task: str, column: Column, ours: float) -> dict[str, str]:
     """Return a figure that is better with the defaults: the search was for other networks."""
     if column not in OF_TASK[task] or not study.of(DEFAULTS, task, [network])[0]:
-        return []
+        return {}
     default = value_of(study.of(DEFAULTS, task, [network]), column)
     sign = -1.0 if column.larger else 1.0
     if not math.isfinite(default) or sign * (ours - default) <= CLEAR * min(abs(ours), 1e300):
-        return []
-    return [f"{column.label.partition(' [')[0]} {number(default)}"]
+        return {}
+    return {"defaults": number(default)}
 
 
 def _held(study: Study, network: str, task: str, column: Column) -> Reason:
@@ -102,7 +102,7 @@ def _soft(study: Study, network: str, task: str, column: Column, method: str) ->
     ours, other = (value_of(study.of(n, task, [network]), CONTACT) for n in (OURS, method))
     if not math.isfinite(ours + other) or ours - other <= CLEAR * ours:
         return None
-    return "contact force", f"`{method}` {number(other)} N ({number(ours)})"
+    return "contact force", f"{number(other)} N ({number(ours)})"
 
 
 def _impedance(study: Study, column: Column, method: str) -> Reason:
