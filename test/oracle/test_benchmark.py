@@ -333,7 +333,7 @@ def test_the_strict_channel_gives_nothing_out_and_plain_does():
     assert below > 0
     assert f"`plain`: a balance below -1 nJ in {below} of 2 sessions, on 1 network: `wifi_" in text
     (row,) = (line for line in text.splitlines() if line.startswith("| wifi_bad "))
-    assert row.split(" | ")[2] == f"0 of 1 / {below} of 2"
+    assert row.split(" | ")[1].startswith("0 / -")
 
 
 def of_group(groups):

@@ -112,8 +112,17 @@ def table(study: Study) -> str:
             cells = _medians(study.rendered(method, walled), OF_WALLS)
             lines.append(_row([f"`{method}`", *cells]))
         lines.append("")
-    chosen = [f"- `{name}`: `{' '.join(each)}`" for name, each in study.chosen.items()]
-    return "\n".join([*lines, "## Chosen settings", "", *chosen, ""])
+    return "\n".join([*lines, "## Chosen settings", "", *_chosen(study), ""])
+
+
+def _chosen(study: Study) -> list[str]:
+    """Return the settings of each method; its name stands for its controller."""
+    found, defaults = [], []
+    for name, each in study.chosen.items():
+        settings = [text for text in each if text != f"controller={name}"]
+        found += [f"- `{name}`: `{' '.join(settings)}`"] if settings else []
+        defaults += [] if settings else [f"`{name}`"]
+    return [*found, f"- defaults: {', '.join(defaults)}"] if defaults else found
 
 
 def _shares(rows: Rows) -> list[str]:
