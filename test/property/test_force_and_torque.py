@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from support.law_rigs import ForceLimits
 from support.session_given import session_given
 
-from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.user import made_user
 from pmwvc_core.params import SafetyParams, ServerParams
 from pmwvc_core.scenario.scenario import User
@@ -39,15 +38,6 @@ def test_limited_together_a_torque_would_take_force_away():
         each(np.array([8.0, 0.0, 0.0, 0.0, 0.0, 40.0]), ticks=30)
     np.testing.assert_allclose(apart.s.f, [8.0, 0.0, 0.0, 0.0, 0.0, 2.0])
     assert together.s.f[0] < 2.0
-
-
-@pytest.mark.parametrize(("groups", "stays"), [(BOTH, True), (None, False)])
-def test_a_handle_that_turns_far_does_not_leave_the_workspace(groups, stays):
-    limits = ForceLimits(axes=6, groups=groups, reach=0.1, **SOON)
-    f = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    limits(f, ticks=12)
-    applied = limits(f, x=np.array([0.0] * 5 + [0.3]), xd=zero((0.0,) * 6)[0], ticks=30)
-    assert bool(applied[0] == 1.0) == stays
 
 
 @pytest.mark.parametrize(("max_torque", "share"), [(0.0, 1.0), (0.1, 0.25)])

@@ -35,6 +35,7 @@ class Sample(NamedTuple):
     xd: Vector  # [m/s]
     valid: bool  # position and velocity can be trusted
     measured_ns: int  # when; NEVER_NS where nothing new came since the last sample
+    outside: bool  # the device is beyond its workspace
 
 
 def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
@@ -144,8 +145,9 @@ def user_tick(
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
     interrupted = unreceived or waits(arrivals)
     limit, f = limits(
-        limit, f_m, x, xd, silence_s, known_server, known, interrupted, unreceived, p.limits
-    )
+        limit, f_m, x, xd, silence_s, known_server, known, interrupted, unreceived,
+        sample.outside, p.limits,
+    )  # fmt: skip
     port = port_passed(port, f, p.port)
     s = s._replace(
         next_answer=next_answer, arrivals=arrivals, port=port, limits=limit, x=x,

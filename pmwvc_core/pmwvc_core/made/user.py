@@ -19,7 +19,7 @@ from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.port_filters import FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, Limits, LimitsParams
+from pmwvc_core.law.safety.limits import Limits, LimitsParams
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
@@ -59,13 +59,13 @@ def packing_params(deadband: DeadbandParams) -> Deadband:
 
 
 def limits_params(
-    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float, groups: Any
+    safety: SafetyParams, tick_s: float, packet_s: float, brake: float, groups: Any
 ) -> LimitsParams:
     """Return the limits of a force loop; a brake of no stiffness is none."""
     return LimitsParams(
         safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
         max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
-        reach, brake > 0.0, brake, groups,
+        brake > 0.0, brake, groups,
     )  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def made_user(
     if axes == AXES:
         share = safety.max_torque / session.server.lever_m / safety.max_force or 1.0
         groups = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, share)
-    of_limits = limits_params(safety, tick_s, packet_s, LARGEST, stiffness, groups)
+    of_limits = limits_params(safety, tick_s, packet_s, stiffness, groups)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     limits = Limits(nothing, nothing, loose_brake(nothing), of_limits.timeout_s)
     s = ForceLoop(

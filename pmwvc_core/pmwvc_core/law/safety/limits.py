@@ -12,7 +12,7 @@ Research software: not a certified safeguard.
   the device is faster than ``damper_velocity``, only the part that opposes the motion remains;
   what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` damping and
   brake are let go over ``LET_GO_S``;
-* **workspace**: beyond the half extent that the device declares, damping likewise;
+* **workspace**: where the device says it is beyond its own, damping likewise;
 * **device silent**: no force; after ``LOST_S`` a fault. Values that are not finite count as zero;
 * **fault**: above ``fault_velocity``, or where the device was lost, no force until ``rearm``.
 
@@ -28,7 +28,6 @@ LOST_S = 1.0
 # Causes of the state of the limits:
 NONE, WAITING, SOFT_START, SILENT, RELEASED, TOO_FAST, NOT_FINITE, RUNAWAY = range(8)
 OUTSIDE, DEVICE_SILENT, DEVICE_LOST, UNRECEIVED, LATE = range(8, 13)
-REACH = 1.01  # of the workspace: a stop gives way a little
 FADE_S, LET_GO_S = 0.02, 0.5
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
@@ -68,7 +67,6 @@ class LimitsParams(NamedTuple):
     release_s: float
     soft_start_s: float
     tick_s: float
-    reach: float  # [m]
     brakes: bool
     brake_stiffness: float  # [N/m]
     # force, and of six axes torque: 1 for each of its axes else 0, and its share of force and slew
@@ -84,7 +82,7 @@ def limits_restart(s: Limits) -> Limits:
 
 def limits(
     s: Limits, f: Vector, x: Vector, xd: Vector, silence_s: float, coupled: bool, sensed: bool,
-    interrupted: bool, unreceived: bool, p: LimitsParams,
+    interrupted: bool, unreceived: bool, outside: bool, p: LimitsParams,
 ) -> tuple[Limits, Vector]:  # fmt: skip
     """Return the force for the device [N] in the place of the one asked for. ``coupled``: the
     server has answered; ``sensed``: the device knows its motion; ``interrupted``: no waves come,
@@ -105,7 +103,7 @@ def limits(
     fast = active and speed > p.damper_velocity**2
     runs_away = active and speed > p.fault_velocity**2
     fault = s.fault or (RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE)
-    outside = active and not within(times(x, p.groups[0][0]), p.reach)
+    outside = active and outside
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and fault == NONE
     gain, push, returns = _faded(s, force, damped, fast, released, p)
@@ -135,7 +133,7 @@ def limits(
         UNRECEIVED if unreceived else SOFT_START if gain < 1.0 else
         LATE if holds and brake_limit(brake.largest) > 0.0 else NONE
     )  # fmt: skip
-    quiet = silent and not (fast or outside)
+    quiet = silent and good and not (fast or outside)
     s = Limits(
         applied, s.before, brake, s.silence_s, gain, left, push, ready, damped, returns, quiet,
         ever, missing_s, fault, events, disturbed, limited, cause,
