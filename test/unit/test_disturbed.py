@@ -104,3 +104,19 @@ def test_an_emulator_that_the_scenario_stops_runs_again_with_the_first_packet_it
         came = traces.packets[f"/server/{name}/wave_up"]
         came.time_s[came.time_s > 4.0] = np.maximum(came.time_s[came.time_s > 4.0], 6.5)
     assert checked(traces)["passed"]
+
+
+@pytest.mark.parametrize(("actions", "passes"), [
+    (("kill", "start"), True), (("stop", "continue"), False),
+])  # fmt: skip
+def test_the_hand_of_a_master_that_is_started_again_has_to_close_again(actions, passes):
+    """For longer than a coupling takes; the hand of one that only stood still has not opened."""
+    traces = killed(4.0, 4.5, "user2 master")
+    for event, action in zip(traces.events, actions, strict=True):
+        event["what"] = f"as asked: {action}"
+    for user in traces.users:
+        user.f_applied[(user.time_s > 4.0) & (user.time_s < 7.5)] *= 0.1
+        user.f_applied[(user.time_s > 7.5) & (user.time_s < 7.6)] *= 0.5
+    closing = {"task__kind": "hold", "task__grip_s": 1.0, "task__grip_rise_s": 1.0}
+    reasons = checked(traces, **closing)["reasons"]
+    assert any("less than half" in each for each in reasons) is not passes
