@@ -11,8 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.transport.orientation import AXES
+from pmwvc_core.numeric import AXES, Array, Integers
 
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server

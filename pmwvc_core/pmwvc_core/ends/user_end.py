@@ -22,13 +22,13 @@ from pmwvc_core.law.user_tick import NEVER_NS, Sample, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, minus, scaled, zero
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import AXES, Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation, carried
+from pmwvc_core.transport.orientation import IDENTITY, Orientation, carried
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
 

@@ -23,10 +23,10 @@ from pmwvc_core.law.safety.limits import Limits, LimitsParams, Part
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
+from pmwvc_core.numeric import AXES
 from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams
 from pmwvc_core.params.behind import strictest
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.transport.orientation import AXES
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
