@@ -45,17 +45,6 @@ def ran(trials, log):
     return [run(trial) for trial in trials]
 
 
-def test_the_same_seed_gives_the_same_table_and_another_one_does_not(tiny):
-    small = dataclasses.replace(TINY, methods=("direct",))
-    again = study(small, 5, Kept(workers=1))
-    mine = {trial: one for trial, one in tiny.judged.items() if trial.method == "direct"}
-    assert again.judged == mine  # whatever else was run
-    *_, text = (line for line in table(again).splitlines() if line.startswith("| `direct`"))
-    assert text in table(tiny)
-    free = dataclasses.replace(small, tasks=("free",))
-    assert text not in table(study(free, 6, Kept(workers=1)))
-
-
 def test_a_session_that_fails_is_counted_and_not_dropped(tiny):
     ((failed,),) = tiny.of("direct", "carry", ["thesis_lan_24"])
     assert failed.failure in ("diverged", "limited by safety")
