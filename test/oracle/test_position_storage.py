@@ -115,8 +115,8 @@ def test_an_adapted_gain_follows_the_round_trip(delay_frames, b):
 def test_behind_an_encoder_nothing_is_spent_that_the_hand_did_not_give():
     """Booked by the velocity measured, the noise would pay for everything: -5.6 mJ in a minute."""
     settings = (*ENCODER, FIRST_ORDER, "safety.max_slew=20000")
-    traces, scenario = carried(*settings, "master.position.gain=80", duration_s=10.0)
-    plain, _ = carried(*settings, duration_s=10.0)
+    traces, scenario = carried(*settings, "master.position.gain=80", duration_s=16.0)
+    plain, _ = carried(*settings, duration_s=16.0)
     for found, without, user in zip(
         user_energies(traces, scenario), user_energies(plain, scenario), traces.users, strict=True
     ):
