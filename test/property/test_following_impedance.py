@@ -43,7 +43,7 @@ def played(seed, *, counts_r=True, ticks=3000):
             lasts_s = 0.008 * int(rng.integers(1, 4))
             wave += 0.2 * float(rng.normal()) - 0.1 * wave
             paid = float(rng.choice([0.3, 1.0, 1.0, 2.0])) * 0.5 * wave**2 * lasts_s
-            s = add(s, (wave * lasts_s,), paid, lasts_s)
+            s = add(s, (wave * lasts_s,), paid, lasts_s, E0)
             moved, came = moved + wave * lasts_s, came + paid
             due += round(1e3 * lasts_s) + int(rng.integers(0, 30)) * int(rng.random() < 0.2)
         r = min(max(r + 0.1 * float(rng.normal()) * most, 1.0), most)
