@@ -46,7 +46,6 @@ of the three; [outages.csv](outages.csv) has them separately.
   undisturbed force.
 * *Damping*: time from the last packet sent until all devices and avatars have only damping
   (allowed {damped:g} ms), of outages longer than {concealed:g} ms; shorter ones are concealed.
-  If one direction is lost, the receiving end learns it one delay later.
 
 Bold: more than allowed. Every port was passive in {passive} of {count} sessions.
 
