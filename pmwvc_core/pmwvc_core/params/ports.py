@@ -59,9 +59,9 @@ class DeadbandParams(Validated):
         "none", ("none", "weber"),
         "weber: no packet while the wave is within ratio; needs channel = strict",
     )  # fmt: skip
-    ratio: float = parameter(0.1, "> 0 and <= 1", "difference not felt, of the wave sent last")
+    ratio: float = parameter(0.1, "> 0 and <= 1", "difference not sent, of the last sent wave")
     longest_s: float = parameter(
-        0.024, "> 0 and <= 1 s", "longest time that a packet stands for, below safety.timeout_s"
+        0.024, "> 0 and <= 1 s", "longest interval of sent packets, below safety.timeout_s"
     )
 
     is_on = lacks("kind", "none")  # whether packets are left out

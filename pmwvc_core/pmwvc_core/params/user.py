@@ -30,7 +30,7 @@ class DeviceParams(Validated):
         "velocity: the state's, or differences of the measured position",
     )  # fmt: skip
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
-    scale: float = fixed(1.0, "0.1..10", "motion of the avatar by the hand's, and force inversely")
+    scale: float = fixed(1.0, "0.1..10", "avatar's motion by the hand's; forces inversely")
     axes: str = fixed("", "-", "axes of a real device along x, y, z, like 'y -x z' (empty: usual)")
     offset_x_m: float = fixed(0.0, "-1..1 m", "position of the middle of a real device")
     offset_y_m: float = fixed(0.0, "-1..1 m", "likewise")
@@ -59,10 +59,10 @@ class SafetyParams(Validated):
     damper_velocity: float = parameter(1.0, "> 0 and <= 10 m/s", "faster: only damping")
     fault_velocity: float = parameter(1.5, "> 0 and <= 20 m/s", "faster: no force any more")
     timeout_s: float = parameter(
-        0.03, "> 0 and <= 10 s", "silence, three packets or more, after which only damping is left"
+        0.03, "> 0 and <= 10 s", "time without packets, at least three, until only damping"
     )
     release_s: float = parameter(
-        5.0, "> 0 and <= 60 s", "silence after which brake and damping end, too"
+        5.0, "> 0 and <= 60 s", "time without packets until brake and damping end"
     )
 
     def conflicts(self) -> list[str]:
