@@ -72,10 +72,11 @@ SECTIONS = {
 
 
 def rows_of(table):
-    """Return the cells of each row by the name in the first."""
+    """Return the cells of each row, and whether it has a star, by the name in the first."""
     lines = [line for line in table.splitlines() if line.startswith("| `")]
     cells = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
-    return {row[0].strip("`"): row[1:] for row in cells}
+    star = "\\*"
+    return {r[0].removesuffix(star).strip("`"): [*r[1:], r[0].endswith(star)] for r in cells}
 
 
 @pytest.mark.parametrize("prefix", SECTIONS)
@@ -85,8 +86,8 @@ def test_every_parameter_has_a_row_with_its_range_unit_and_description(prefix):
     named = {name.removeprefix(f"{prefix}."): spec for name, spec in leaves(prefix, kind).items()}
     assert list(rows) == list(named)
     for name, spec in named.items():
-        default, allowed, description = rows[name]
+        default, allowed, description, starred = rows[name]
         assert spec.range_text() in (allowed.removesuffix(", whole"), f"one of {allowed}")
         assert (default == "null") == (spec.default is None)
         assert allowed.endswith(", whole") == (spec.kind is int)
-        assert description == spec.description + "; fixed" * spec.read_only
+        assert (description, starred) == (spec.description, spec.read_only)

@@ -15,8 +15,9 @@ from pmwvc_core.law.channel.constants import SETTLE_S
 from pmwvc_core.law.channel.packet import Packing, Sent, pack
 from pmwvc_core.law.channel.playout import Energies, PlayoutParams
 from pmwvc_core.made.user import packing_params
+from pmwvc_core.numeric import AXES
 from pmwvc_core.params import DeadbandParams
-from pmwvc_core.transport.orientation import AXES, IDENTITY
+from pmwvc_core.transport.orientation import IDENTITY
 from support.session_given import session_given
 
 
@@ -92,16 +93,15 @@ class Playing:
         self.s = playout.ramped(playout.resting_playout((0.0,) * dof, Energies()), steps)
 
     def add(self, integral, energy_j, duration_s):
-        self.s = playout.add(
-            self.s, vector(integral, self.dof), float(np.ravel(energy_j)[0]), duration_s
-        )
+        of = vector(integral, self.dof), float(np.ravel(energy_j)[0]), duration_s
+        self.s = playout.add(self.s, *of, self.p.store_j)
 
     def step(self, h):
         self.s, wave = playout.play(self.s, h, self.p)
         return value(wave)
 
-    def spared(self, h, wanted):
-        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted), self.p)
+    def spared(self, h, wanted, beyond_j=0.0):
+        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted), beyond_j, self.p)
         return energy_j
 
     def pass_by(self, lasted_s):

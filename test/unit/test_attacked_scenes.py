@@ -14,6 +14,7 @@ from support.scenes import scene, written
 from support.simulated import quick_summary
 from support.vendor_setup import vendor_setup
 
+from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_analysis.figures.recorded import conditions
 from pmwvc_analysis.report.report import render
@@ -204,3 +205,22 @@ def test_the_report_says_what_was_written_into_the_model(door):
     ((text,), nothing) = found
     assert ": cone elliptic, impratio 100.0, " in text
     assert not nothing
+
+
+def test_a_torque_at_its_limit_is_named_in_newton_metres():
+    """Recorded at the lever [N]; with 0.01 mN m allowed one soon is, by default none."""
+    found = {}
+    for torque_n_m in (1e-5, 0.0):
+        settings = [f"safety.max_torque={torque_n_m}", "safety.soft_start_s=0.1"]
+        scenario = load("turn", duration_s=6.0, settings_texts=settings)
+        traces = simulate([scenario])[0]
+        found[torque_n_m] = {e["what"] for e in complete(traces, scenario) if e["kind"] == "limit"}
+        (contact, *_) = (
+            e["what"] for e in complete(traces, scenario) if "contact made" in e["what"]
+        )
+        assert re.fullmatch(r"contact made; up to [\d.]+ N and [\d.]+ N m until .* s", contact)
+        labels = [panel.y_label for panel in forces(traces, scenario).panels[:6]]
+        assert (labels[0], labels[3]) == ("force, x [N]", "torque, about x [N m]")
+    (text, *_) = found[1e-5]
+    assert re.match(r"torque limited for [\d.]+ s: up to [\d.]+ N m commanded, 0.0000 N m", text)
+    assert not any(text.startswith("torque") for text in found[0.0])

@@ -44,7 +44,7 @@ def played(late_s, *, store_j=0.01, wave=lambda t: WAVE, frames=FRAMES):
             if k > newest:
                 lasted_s = (k - newest) * PACKET_S
                 integral, energy_j = sums[k] - sums[newest], paid[k] - paid[newest]
-                playout = add(playout, (integral,), energy_j, lasted_s)
+                playout = add(playout, (integral,), energy_j, lasted_s, store_j)
                 newest = k
         playout, (w,) = play(playout, TICK_S, p)
         waves.append(w)

@@ -158,7 +158,7 @@ def test_force_that_stays_at_its_limit_is_said():
     settings_texts = ("operator.kind=remote", "safety.max_force=0.3")
     _, _, found = told("wall", 4, settings_texts, lambda _: 0.0)
     assert found[-1]["level"] == "caution"
-    assert "force at its limit: user1 (0.3 N)" in found[-1]["verdict"]
+    assert "at its limit: force of user1 (0.3 N)" in found[-1]["verdict"]
 
 
 def test_energy_that_was_lent_is_named_with_what_no_link_gave_out():

@@ -77,7 +77,7 @@ TWO_FILTERS = {"master.velocity_filter.alpha": 0.5, "master.velocity_filter.cuto
 
 
 @pytest.mark.parametrize(("settings", "said"), [
-    ({"safety.fault_velocity": 0.01}, "safety.fault_velocity = 0.01: must be > damper_velocity"),
+    ({"safety.fault_velocity": 0.01}, "safety.damper_velocity = 1.0: must be < fault_velocity"),
     ({"master.filter.kind": "butterworth"}, "master.filter.stop_hz = null: a Butterworth filter"),
     ({"server.environment": "gel"}, "server.environment = 'gel': set server.coupling = unknown"),
     (TWO_FILTERS, "master.velocity_filter: alpha and cutoff_hz are given"),

@@ -221,8 +221,7 @@ def operator_band_hz(operator: OperatorParams, task: TaskParams) -> float:
         return max(th.REST_BAND_HZ, th.HARMONICS * operator.frequency_hz)
     if operator.is_chirp:
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    by_hand = operator.is_remote or operator.is_recorded
-    return th.RECORDED_HZ if by_hand else th.REST_BAND_HZ
+    return th.RECORDED_HZ if operator.is_remote or operator.is_recorded else th.REST_BAND_HZ
 
 
 def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
