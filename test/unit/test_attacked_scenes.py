@@ -62,7 +62,7 @@ def test_a_box_of_any_mass_stands_on_its_table(mass):
 
 
 def test_a_pad_wider_than_its_face_is_refused():
-    with pytest.raises(ParameterError, match=r"pad_m = 0.04.*object_size_m = 0.06; 0.03 at most"):
+    with pytest.raises(ParameterError, match=r"pad_m = 0.04: wider than a side.*; 0.03 at most"):
         box(own=BodyParams(pad_m=0.04))
 
 
