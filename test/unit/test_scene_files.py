@@ -34,6 +34,7 @@ def test_a_scene_that_cannot_be_used_is_refused_with_a_way_out(tmp_path, values,
         ('name="table"', 'name="table" material="oak"', "oak"),
         ("-0.0401", "-0.03", "'table' and 'box' overlap"),
         ("<option", '<option timestep="0.05"', "its timestep of 0.05 s is longer than"),
+        ('name="box"', 'name="pmwvc_user1"', "cannot be used: ValueError: Error: repeated name"),
         ('mass="0.2"', 'mass="20000"', "'box' has 1e+05 times the mass of 'pea'"),
     ],
 )
