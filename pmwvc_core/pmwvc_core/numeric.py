@@ -17,6 +17,7 @@ Flags: TypeAlias = NDArray[np.bool_]
 Value: TypeAlias = float | Array
 Flag: TypeAlias = bool | Flags
 
+AXES = 6  # of a session in which handles turn: ends have orientations
 LARGEST = 1e100  # of a measurement or a force [m], [m/s], [N]; what is beyond it, or NaN, is none
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.numeric import Array, Integers
+from pmwvc_core.numeric import AXES, Array, Integers
 
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
@@ -230,3 +230,11 @@ class SessionTraces:
     def simulated(self) -> bool:
         """Whether the session ran in virtual time only."""
         return self.source == "simulated"
+
+
+def loads(f: Array, scenario: Any) -> list[tuple[str, str, Array]]:
+    """Return name, unit and part of forces ``(..., dof)``; a torque is recorded at the lever."""
+    if scenario is None or f.shape[-1] != AXES:
+        return [("force", "N", f)]
+    torque = scenario.server.lever_m * f[..., 3:]
+    return [("force", "N", f[..., :3]), ("torque", "N m", torque)]

@@ -59,6 +59,7 @@ def describe(
         "controller": scenario.controller,
         "waves": has_waves(scenario.controller),
         "dof": scenario.dof,
+        "lever_m": scenario.server.lever_m,
         "duration_s": duration_s,
         "object": {"size_m": scenario.server.object_size_m, "carried": scenario.task.moves},
         "scene": {name: scene[name] for name in ("shapes", "fixed", "origin") if name in scene},

@@ -12,13 +12,13 @@ from support.verdicts import active
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.events.nodes import brakes, limited
+from pmwvc_analysis.events.nodes import limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame import LIVE, Presence
 from pmwvc_core.law.channel.constants import HOLD_S, REPORTED_S
 from pmwvc_core.law.channel.pace import pace_arrive
 from pmwvc_core.law.port.strict_master import KEPT_J
-from pmwvc_core.master.safety import SafetyState
+from pmwvc_core.master.safety import BRAKING, SafetyState
 from pmwvc_core.network.in_flight import RecordedFate, RecordedLink
 from pmwvc_core.params import SafetyParams
 from pmwvc_core.simulation.conditions import Conditions, Steps
@@ -118,8 +118,9 @@ def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
     for user in traces.users:
         assert user.accounts["node"].min() >= LEAST_J  # the hand takes 0.5 mJ of it back
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
-        assert brakes(user).any() and beside.max() > 0.1  # [N] of the brake
-        assert not limited(user)[user.time_s > 2.0].any()
+        assert BRAKING in user.reason and beside.max() > 0.1  # [N] of the brake
+        ((_, _, ticks, *_),) = limited(user, None)
+        assert not ticks[user.time_s > 2.0].any()
 
 
 STALL_S, STALLED = 4.0, {"user1": 0.3, "server": 1.0, "links": 0.5}

@@ -68,8 +68,8 @@ def test_observers_never_give_out_more_than_they_took_in(seed, network, stiffnes
     link = link_of("tdpa", params, seed=seed, network=network, stiffness=stiffness)
     for here, there in wander(link, seed, most=most):
         assert link.balance >= -ROUNDING_J or most
-        assert there.allowance_j >= -ROUNDING_J
-        assert there.out_j <= here.observer.in_j + ROUNDING_J
+        assert there.observer.allowance_j >= -ROUNDING_J
+        assert there.observer.out_j <= here.observer.in_j + ROUNDING_J
 
 
 @settings(max_examples=30)
@@ -87,7 +87,8 @@ def test_what_the_observer_at_the_avatar_takes_is_booked():
     """Without it the force would have given out what the device's velocity asks for."""
     params = TdpaParams(damping=0.0, damping_max=1e12, drift_share=0.0)
     link, wanted_j = link_of("tdpa", params, seed=3), 0.0
-    for _, there in wander(link, 3):
+    for _, end in wander(link, 3):
+        there = end.observer
         if link.newest["up"] is not None:
             wanted_j += FRAME_S * link.server.f_s[0] * link.newest["up"].wave
         assert there.out_j - there.in_j + there.dissipated_j == pytest.approx(wanted_j, abs=1e-12)
@@ -134,8 +135,7 @@ def test_no_tank_gives_out_more_than_it_had_took_in_and_received(
     """Work, tank and spring add up at each end, whatever safety does."""
     params = PspmParams(stiffness=stiffness, damping=0.51 * stiffness * TICK_S, initial_j=initial)
     link = link_of("pspm", params, seed=seed, network=network, stiffness=contact)
-    for law, other in wander(link, seed, most=2.0 if changed else None):
-        one = law.spring
+    for one, other in wander(link, seed, most=2.0 if changed else None):
         for end, work in ((one, link.work_m), (other, link.work_s)):
             held = end.spring_j + end.tank_j - initial + end.sent_j + end.dropped_j
             assert work + end.received_j == pytest.approx(held, abs=ROUNDING_J)
@@ -145,7 +145,7 @@ def test_no_tank_gives_out_more_than_it_had_took_in_and_received(
             assert link.balance >= -2.0 * initial - ROUNDING_J
     before = one.spring_j + one.dropped_j
     link.master.silence()
-    after = link.master.s.law.spring
+    after = link.master.s.law
     assert (after.spring_j, after.dropped_j) == (0.0, pytest.approx(before))
 
 
@@ -179,5 +179,5 @@ def test_control_a_spring_too_stiff_for_its_tick_overdraws_the_tank():
     lowest = 0.0
     for row in (0.3 * np.cos(0.06 * np.arange(50 * M))).reshape(50, M).tolist():
         link.frame(row)
-        lowest = min(lowest, link.master.s.law.spring.tank_j)
+        lowest = min(lowest, link.master.s.law.tank_j)
     assert lowest < -1e-4

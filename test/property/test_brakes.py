@@ -16,11 +16,10 @@ from pmwvc_core.law.safety.brakes import (
     RATIO,
     SETTLE_S,
     AvatarBrake,
-    brake_push,
     brake_ratio,
     brake_stored_j,
     braked,
-    holding,
+    hand_braked,
     loose_brake,
     resting_brake,
     unbraked,
@@ -51,13 +50,9 @@ class Hand:
     def __init__(self, axes=1):
         self.s, self.k = loose_brake((0.0,) * axes), K
 
-    def step(self, waits, x, f):
-        """Go one tick on; tell whether anything is held."""
-        self.s, holds = holding(self.s, waits, x, f, TICK_S, self.k)
-        return holds
-
-    def force(self, f):
-        self.s, given = brake_push(self.s, f, self.k)
+    def step(self, waits, way, last, f):
+        """Go one tick on; return the brake's force beside one that is asked for."""
+        self.s, given = hand_braked(self.s, waits, way, last, f, TICK_S, self.k)
         return given
 
 
@@ -83,15 +78,13 @@ def course(motion, run, ticks=800):
 def test_the_brake_of_a_device_gives_back_no_more_than_the_hand_put_in(motion):
     nothing = (0.0,) * motion["dof"]
     for run in range(motion["runs"]):
-        brake, x, f = Hand(motion["dof"]), nothing, nothing
+        brake, way, f = Hand(motion["dof"]), nothing, nothing
         work = sampled = damped = size = 0.0
         for dx, asked, waits in course(motion, run):
-            holds = brake.step(waits, x, f)
+            own = brake.step(waits, way, f, asked)
             assert brake_stored_j(brake.s, brake.k) <= work + sampled + ROUNDING * size
-            own = brake.force(asked)
-            assert holds or own == nothing
-            f = plus(asked, own)
-            x = plus(x, dx)
+            assert brake.s.largest.left > 0.0 or own == nothing
+            f, way = plus(asked, own), dx
             work += dot(own, dx)
             sampled += 0.5 * K * squared(dx)
             damped += B * squared(dx) / TICK_S
@@ -104,12 +97,8 @@ def test_a_brake_holds_what_was_felt_and_nothing_in_free_motion():
     for felt in (0.0, 1.5):
         brake = Hand()
         for _ in range(round(10 * MEAN_S / TICK_S)):
-            brake.step(False, (0.0,), (felt,))
-        forces, x = [], 0.0
-        for _ in range(200):
-            brake.step(True, (x,), (felt,))
-            forces.append(brake.force((0.0,))[0])
-            x += 1e-4
+            brake.step(False, (0.0,), (felt,), (0.0,))
+        forces = [brake.step(True, (1e-4,), (felt,), (0.0,))[0] for _ in range(200)]
         assert forces[-1] == pytest.approx(RATIO * felt, rel=1e-3)
         assert max(np.abs(np.diff([0.0, *forces]))) <= K * 1e-4 + 1e-12
 

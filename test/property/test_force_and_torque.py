@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from support.law_rigs import ForceLimits
 from support.session_given import session_given
 
-from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.user import made_user
 from pmwvc_core.params import SafetyParams, ServerParams
 from pmwvc_core.scenario.scenario import User
@@ -41,13 +40,49 @@ def test_limited_together_a_torque_would_take_force_away():
     assert together.s.f[0] < 2.0
 
 
-@pytest.mark.parametrize(("groups", "stays"), [(BOTH, True), (None, False)])
-def test_a_handle_that_turns_far_does_not_leave_the_workspace(groups, stays):
-    limits = ForceLimits(axes=6, groups=groups, reach=0.1, **SOON)
-    f = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    limits(f, ticks=12)
-    applied = limits(f, x=np.array([0.0] * 5 + [0.3]), xd=zero((0.0,) * 6)[0], ticks=30)
-    assert bool(applied[0] == 1.0) == stays
+FAST, STILL = 1.2, 0.0  # m/s; only damped from 1 on
+
+
+@pytest.mark.parametrize(("turns", "moves"), [(FAST, STILL), (STILL, FAST)])
+def test_a_handle_that_turns_too_fast_keeps_its_force_and_one_that_moves_too_fast_its_torque(
+    turns, moves
+):
+    """What is too fast alone is only damped, at once; afterwards that alone starts softly."""
+    limits, f = ForceLimits(axes=6, groups=BOTH, **SOON), np.array([4.0, 0, 0, 0, 0, 1.0])
+    limits(f, ticks=30)
+    applied = limits(f, xd=-np.array([moves, 0, 0, 0, 0, turns]), ticks=30)
+    np.testing.assert_array_equal(applied != 0.0, [not moves, 0, 0, 0, 0, not turns])
+    assert limits.reason.startswith("faster than")
+    first = limits(f)
+    assert (first[0] == 4.0, first[5] == 1.0) == (not moves, not turns)
+    np.testing.assert_allclose(limits(f, ticks=30), f)
+
+
+def test_speeds_are_limited_apart_not_by_their_norm():
+    """Six axes as one group are too fast (the control)."""
+    f, xd = np.array([1.0, 0, 0, 0, 0, 0.5]), -np.array([0.8, 0, 0, 0, 0, 0.8])
+    found = []
+    for groups in (BOTH, None):
+        limits = ForceLimits(axes=6, groups=groups, **SOON)
+        limits(f, ticks=30)
+        found.append(limits(f, xd=xd, ticks=30))
+    np.testing.assert_array_equal(found[0], f)
+    assert not found[1].any()
+
+
+def test_the_brake_holds_force_and_torque_each_by_what_was_felt_of_it():
+    """As many as one group a torque is held with the force's strength, too (the control)."""
+    found = []
+    for groups in (BOTH, None):
+        limits = ForceLimits(axes=6, groups=groups, brake=100.0, **SOON)
+        limits(np.array([4.0, 0, 0, 0, 0, 0.2]), ticks=600)
+        way = np.zeros(6)
+        for _ in range(200):
+            way[5] += 0.001
+            applied = limits(np.zeros(6), x=way.copy(), interrupted=True)
+        found.append(applied[5])
+    assert found[0] == pytest.approx(1.3 * 0.2, rel=0.01)
+    assert found[1] == pytest.approx(1.3 * np.hypot(4.0, 0.2), rel=0.1)
 
 
 @pytest.mark.parametrize(("max_torque", "share"), [(0.0, 1.0), (0.1, 0.25)])

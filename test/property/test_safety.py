@@ -116,12 +116,13 @@ def test_control_clipping_alone_makes_steps_and_full_force_of_no_number():
 
 @given(bounds, stretches(1))
 def test_every_soft_start_begins_with_its_first_share_of_the_force(params, story):
+    """One that a silence of the same server interrupts goes on from what had not faded."""
     safety, rising = ForceLimits(**params), False
     share = TICK_S / params["soft_start_s"] * (1 + 1e-9)
     for part, before, after in play(safety, story, as_float):
         if safety.reason == "soft start" and not rising:
             assert abs(after) <= max(abs(before), share * abs(part.f[0])) * (1 + 1e-12)
-        rising = safety.reason == "soft start"
+        rising = safety.reason == "soft start" or (rising and part.silence_s > 0.0)
 
 
 @given(bounds, stretches(1))

@@ -182,7 +182,7 @@ def apart_m(traces, at_s):
 def test_a_hand_that_joined_again_inside_is_with_its_avatar_after_backing_off(tmp_path):
     scenario, traces = rejoined(tmp_path)
     user, server = traces.users[0], traces.server
-    words = [each["what"] for each in of_server(traces, grips=False) if each["kind"] == "join"]
+    words = [each["what"] for each in of_server(traces, None) if each["kind"] == "join"]
     assert re.search(r"joined at the server, 1\d\.\d mm from its device", words[-1])
     assert words[0] == "joined at the server"
     assert (server.state[0][server.time_s > OUTAGE_S] == 0).any()  # it was taken out

@@ -26,7 +26,7 @@ from pmwvc_core.law.port.master import (
 )
 from pmwvc_core.law.position.feedback import position_in
 from pmwvc_core.law.safety.brakes import loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, NONE, Limits, limits, limits_restart
+from pmwvc_core.law.safety.limits import NONE, Limits, Part, limits, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
     environment_step,
@@ -51,20 +51,22 @@ FIRST = ("u_m", "u_tx", "v_rx", "v_m")
 class ForceLimits:
     """The limits of a loop without a brake."""
 
-    def __init__(
-        self, *, tick_s=0.001, packet_s=0.008, axes=1, groups=None, reach=LARGEST, **params
-    ):
+    def __init__(self, *, tick_s=0.001, packet_s=0.008, axes=1, groups=None, brake=0.0, **params):
         self.axes, self.params = axes, SafetyParams(**params)
-        self._times = tick_s, packet_s, reach, 0.0, groups or (((1.0,) * axes, 1.0),)
+        self._times = tick_s, packet_s, brake, groups or (((1.0,) * axes, 1.0),)
         self.p = limits_params(self.params, *self._times)
         nothing = (0.0,) * axes
-        self.s = Limits(nothing, nothing, loose_brake(nothing), self.p.timeout_s)
+        parts = (Part(loose_brake(nothing)),) * len(self.p.groups)
+        self.s, self.x = Limits(nothing, nothing, parts, self.p.timeout_s), nothing
 
-    def __call__(self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, ticks=1):
+    def __call__(
+        self, f, xd=0.0, *, x=0.0, silence_s=0.0, coupled=True, interrupted=False, ticks=1
+    ):
         f, x, xd = (vector(signal, self.axes) for signal in (f, x, xd))
-        asked = f, x, xd, silence_s, coupled, True, False, False
+        about = xd, silence_s, coupled, True, interrupted, False, False
         for _ in range(ticks):
-            self.s, applied = limits(self.s, *asked, self.p)
+            self.s, applied = limits(self.s, f, x, self.x, *about, self.p)
+            self.x = x
         return value(applied)
 
     def configure(self, **params):

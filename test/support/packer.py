@@ -4,8 +4,8 @@
 
 import numpy as np
 
-from pmwvc_core.numeric import Value, squared
-from pmwvc_core.transport.orientation import AXES, IDENTITY
+from pmwvc_core.numeric import AXES, Value, squared
+from pmwvc_core.transport.orientation import IDENTITY
 from pmwvc_core.transport.packet import LAST_NUMBER, WavePacket
 
 

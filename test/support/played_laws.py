@@ -69,7 +69,9 @@ class Laws:
         users, server, devices, hands, up, down = (
             list(each) if type(each) is tuple else each for each in s
         )
-        samples = [Sample(device.read_x, device.read_xd, True, now_ns) for device in devices]
+        samples = [
+            Sample(device.read_x, device.read_xd, True, now_ns, False) for device in devices
+        ]
         for i, (p, sample) in enumerate(zip(self.made.users, samples, strict=True)):
             if tick >= users[i].next_frame:
                 user, packet, sends = self.send(users[i], now_ns, sample, False, p.user)

@@ -47,16 +47,14 @@ def _few(found: Iterable[Event]) -> Iterator[Event]:
         yield from own[:MOST]
         if rest := own[MOST:]:
             last = f"until {rest[-1]['time_s']:.2f} s, the last: {rest[-1]['what']}"
-            text = f"{count(len(rest), 'more time')} {last}"
-            yield event(rest[0]["time_s"], who, kind, text)
+            yield event(rest[0]["time_s"], who, kind, f"{count(len(rest), 'more time')} {last}")
 
 
 def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
     for user in traces.users:
-        yield from nodes.of_master(user)
+        yield from nodes.of_master(user, scenario)
     if traces.server is not None:
-        holds = scenario is not None and any(u.contact.grips for u in scenario.users)
-        yield from nodes.of_server(traces, grips=holds)
+        yield from nodes.of_server(traces, scenario)
         yield from grips.events(traces.server, scenario, traces.server.scene)
     yield from faults(traces)
     yield from limits.events(limits.withheld(traces, scenario))

@@ -55,8 +55,7 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         port, there = WavePort(known[user.name].server_impedance), server.state[index] > 0
         u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
         whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
-        half = 0.5 * server.periods_s
-        kept_j = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
+        kept_j = np.where(there, 0.5 * server.periods_s * np.sum(whole**2 - v**2, axis=-1), 0.0)
         energy = float(kept_j.sum())
         if not energy > th.WITHHELD_J:
             continue
@@ -125,16 +124,16 @@ def _for_speed(reasons: list[str]) -> bool:
     return fast and all(reason.startswith((FAST, RETURN)) for reason in reasons)
 
 
-def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
-    """Return whose force was limited again and again, in words; whether mostly at the largest."""
+def often_shortened(traces: SessionTraces, scenario: Scenario | None) -> tuple[str, bool]:
+    """Return whose force or torque was limited again and again; whether mostly at the largest."""
     words, at_most = "", True
     for user in traces.users:
-        half, shortened = (user.time_s > traces.duration_s / 2) & unbraked(user), limited(user)
-        ratio = float((shortened & half).sum() / max(half.sum(), 1))
-        times = int(begins(shortened & half).sum())
-        if ratio > th.OFTEN_RATIO and times >= th.OFTEN:
-            limits = f"the force was limited {count(times, 'time')}"
-            words = words or f"{user.name}: {limits}, {ratio:.0%} of the second half"
-            size = np.linalg.norm(user.f_applied, axis=-1)
-            at_most &= bool(np.mean(size[shortened] > th.LARGEST * size.max()) > 0.5)
+        half = (user.time_s > traces.duration_s / 2) & unbraked(user)
+        for load, _, shortened, _, size in limited(user, scenario):
+            ratio = float((shortened & half).sum() / max(half.sum(), 1))
+            times = int(begins(shortened & half).sum())
+            if ratio > th.OFTEN_RATIO and times >= th.OFTEN:
+                limits = f"the {load} was limited {count(times, 'time')}"
+                words = words or f"{user.name}: {limits}, {ratio:.0%} of the second half"
+                at_most &= bool(np.mean(size[shortened] > th.LARGEST * size.max()) > 0.5)
     return words, at_most

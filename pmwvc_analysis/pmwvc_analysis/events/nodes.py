@@ -16,11 +16,14 @@ from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import BRAKING, SafetyState
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces, loads
+from pmwvc_core.words import listed
 
 Event = dict[str, Any]
 STARTING, COUPLED, DAMPING, FAULT = SafetyState
 LIMITS = ("force ramps up from zero", "", "safety limits", "safety fault")  # by state
+DIGITS = {"N": 2, "N m": 4}
 RELEASED = "released"  # in the reason, once damping itself has been released
 
 
@@ -30,7 +33,7 @@ def event(time_s: float | None, who: str, kind: str, what: str) -> Event:
     return {"time_s": at_s, "who": who, "kind": kind, "what": what}
 
 
-def of_master(user: UserTraces) -> Iterator[Event]:
+def of_master(user: UserTraces, scenario: Scenario | None) -> Iterator[Event]:
     """Yield changes of safety, stretches of limited force, restarts and stalls of one master."""
     who, coupled, lost = f"{user.name} master", False, False
     before: tuple[int, str] | None = None
@@ -48,29 +51,26 @@ def of_master(user: UserTraces) -> Iterator[Event]:
             released = state == FAULT or (state == DAMPING and RELEASED in reason)
             what = f"{LIMITS[state]}: {reason or 'no reason given'}"
             yield event(time_s, who, "release" if released else "damping", what)
-    for first, last in runs(limited(user), user.time_s, th.JOIN_S):
-        rows = slice(first, last + 1)
-        asked, applied = (
-            float(np.linalg.norm(f[rows], axis=-1).max()) for f in (user.f_m, user.f_applied)
-        )
-        length_s = float(user.time_s[last] - user.time_s[first] + user.tick_s)
-        forces = f"up to {asked:.2f} N commanded, {applied:.2f} N applied"
-        what = f"force limited for {length_s:.3f} s: {forces}"
-        yield event(float(user.time_s[first]), who, "limit", what)
-    gaps = [(hole.start_s, hole.end_s) for hole in holes.of_user(user)]
-    for row in np.flatnonzero(np.diff(user.epoch)).tolist():
-        end_s, again_s = user.block_time_s[row : row + 2].tolist()
-        yield event(end_s, who, "restart", "started again")
-        gaps.append((end_s, again_s))
-    yield from _stalls(who, "ticks", user.time_s, user.tick_s, gaps)
+    for load, unit, ticks, asked, applied in limited(user, scenario):
+        for first, last in runs(ticks, user.time_s, th.JOIN_S):
+            most, given = (float(size[first : last + 1].max()) for size in (asked, applied))
+            length_s = float(user.time_s[last] - user.time_s[first] + user.tick_s)
+            wanted, had = (f"{size:.{DIGITS[unit]}f} {unit}" for size in (most, given))
+            what = f"{load} limited for {length_s:.3f} s: up to {wanted} commanded, {had} applied"
+            yield event(float(user.time_s[first]), who, "limit", what)
+    again = [user.block_time_s[row : row + 2] for row in np.flatnonzero(np.diff(user.epoch))]
+    yield from _breaks(who, "ticks", user.time_s, user.tick_s, holes.of_user(user), again)
 
 
-def limited(user: UserTraces) -> Flags:
-    """Tell in which ticks the force of a coupled device was limited."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        asked = np.linalg.norm(user.f_m, axis=-1)
-        off = np.linalg.norm(user.f_m - user.f_applied, axis=-1)
-    return np.asarray(unbraked(user) & (off > th.LIMITED_RATIO * asked + th.LIMITED_N))
+def limited(user: UserTraces, scenario: Scenario | None) -> Iterator[tuple[Any, ...]]:
+    """Yield name and unit of force and torque, ticks of limits, sizes asked for and applied."""
+    rows = zip(loads(user.f_m, scenario), loads(user.f_applied, scenario), strict=True)
+    for (load, unit, asked), (_, _, applied) in rows:
+        with np.errstate(invalid="ignore", over="ignore"):
+            parts = asked, applied, asked - applied
+            wanted, given, off = (np.linalg.norm(part, axis=-1) for part in parts)
+            large = off > th.LIMITED_RATIO * wanted + th.LIMITED[unit]
+        yield load, unit, unbraked(user) & large, wanted, given
 
 
 def unbraked(user: UserTraces) -> Flags:
@@ -78,38 +78,35 @@ def unbraked(user: UserTraces) -> Flags:
     it brakes it has more, which no limit made.
     """
     block = holes.block_of_ticks(user)
-    whole = (user.state == COUPLED) & ~brakes(user)
+    brakes = np.array([reason == BRAKING for reason in user.reason], dtype=bool)
+    whole = (user.state == COUPLED) & ~brakes
     return np.asarray(whole[block] & whole[np.maximum(block - 1, 0)])
 
 
-def brakes(user: UserTraces) -> Flags:
-    """Tell in which blocks the brake of a coupled device acts, because waves came late."""
-    return np.array([reason == BRAKING for reason in user.reason], dtype=bool)
-
-
-def _stalls(
-    who: str, what: str, time_s: Array, period_s: float, known: list[tuple[float, float]]
+def _breaks(
+    who: str, what: str, time_s: Array, period_s: float, lost: list[holes.Hole], again: list[Array]
 ) -> Iterator[Event]:
-    """Yield pauses of a loop that no hole of the recording explains."""
+    """Yield starts anew, and pauses of a loop that no hole of the recording explains."""
+    known = [(hole.start_s, hole.end_s) for hole in lost]
+    for end_s, again_s in again:
+        yield event(again_s, who, "restart", "started again")
+        known.append((float(end_s), float(again_s)))
     for start_s, end_s in holes.pauses(time_s, period_s, known):
         text = f"no {what} for {end_s - start_s - period_s:.3f} s: the loop did not run"
         yield event(start_s, who, "stall", text)
 
 
-def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
+def of_server(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
     """Yield who joined, left or fell silent, contacts, restarts and stalls of the server."""
     server = traces.server
     assert server is not None
-    gaps = [(hole.start_s, hole.end_s) for hole in holes.of_server(server)]
-    for row in holes.starts(server):
-        end_s, again_s = server.time_s[[row - 1, row]].tolist()
-        yield event(again_s, "server", "restart", "started again")
-        gaps.append((end_s, again_s))
-    yield from _stalls("server", "steps", server.time_s, server.period_s, gaps)
+    holds = scenario is not None and any(u.contact.grips for u in scenario.users)
+    found = holes.of_server(server), [server.time_s[n - 1 : n + 1] for n in holes.starts(server)]
+    yield from _breaks("server", "steps", server.time_s, server.period_s, *found)
     masters = {user.name: user for user in traces.users}
     for index, name in enumerate(server.users):
         yield from _presence(server, index, masters.get(name), traces.duration_s)
-        yield from _contacts(server, index, traces.duration_s, "grip" if grips else "contact")
+        yield from _contacts(traces, index, "grip" if holds else "contact", scenario)
 
 
 def _presence(
@@ -141,11 +138,16 @@ def _presence(
         before = now
 
 
-def _contacts(server: ServerTraces, index: int, duration_s: float, made: str) -> Iterator[Event]:
+def _contacts(
+    traces: SessionTraces, index: int, made: str, scenario: Scenario | None
+) -> Iterator[Event]:
+    server: Any = traces.server
     name = server.users[index]
     for first, last in runs(touching(server, index), server.time_s, th.DEBOUNCE_S):
-        force = float(np.nanmax(np.linalg.norm(server.f_s[index][first : last + 1], axis=-1)))
+        parts = loads(server.f_s[index][first : last + 1], scenario)
+        most = [(float(np.nanmax(np.linalg.norm(f, axis=-1))), unit) for _, unit, f in parts]
+        sizes = [f"{size:.{DIGITS[unit]}f} {unit}" for size, unit in most]
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
-        yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
-        if end < min(duration_s, float(server.time_s[-1])) - th.END_S:
+        yield event(start, name, made, f"contact made; up to {listed(sizes)} until {end:.2f} s")
+        if end < min(traces.duration_s, float(server.time_s[-1])) - th.END_S:
             yield event(end, name, "release", "contact lost")

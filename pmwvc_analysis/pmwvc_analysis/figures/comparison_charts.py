@@ -76,18 +76,17 @@ def _forces(entry: Compared) -> list[Curve]:
     return [
         replace(line, label=f"{user.name}, {line.label}", tint=recorded.tint(traces, user.name))
         for user in traces.users
-        for line in force_lines(traces, user, 0)
+        for line in force_lines(traces, user, 0, 1.0)
         if line.tint != "hand"
     ]
 
 
 def _position_errors(entry: Compared) -> list[Curve]:
     traces = entry.traces
-    found = ((user.name, apart(traces, user)) for user in traces.users)
     return [
-        Curve(name, away.time_s, away.error[:, 0] * 1e3, recorded.tint(traces, name))
-        for name, away in found
-        if away is not None
+        Curve(user.name, away.time_s, away.error[:, 0] * 1e3, recorded.tint(traces, user.name))
+        for user in traces.users
+        if (away := apart(traces, user)) is not None
     ]
 
 

@@ -85,15 +85,16 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if not traces.users:
         return None
     limits = {user.name: user.safety.max_force for user in scenario.users} if scenario else {}
-    dof = traces.users[0].f_applied.shape[1]
+    dof, lever_m = traces.users[0].f_applied.shape[1], scenario.server.lever_m if scenario else 1.0
     axes = range(dof) if dof * len(traces.users) <= MOST_PANELS else range(1)
     panels = []
     for user, axis in itertools.product(traces.users, axes):
-        lines, limit = force_lines(traces, user, axis), float(limits.get(user.name, np.inf))
-        seen = np.concatenate([line.y for line in lines])
+        load, unit, scale = ("torque", "N m", lever_m) if axis > 2 else ("force", "N", 1.0)
+        lines, limit = force_lines(traces, user, axis, scale), limits.get(user.name, np.inf)
+        seen = np.concatenate([line.y for line in lines] if axis < 3 else [np.zeros(1)])
         near = (-limit, -np.nanmin(seen, initial=0.0)), (limit, np.nanmax(seen, initial=0.0))
         levels = [Level("force limit", edge) for edge, n in near if n > NEAR_LIMIT * limit]
-        label = "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]"
+        label = "force [N]" if dof == 1 else f"{load}, {AXES[axis]} [{unit}]"
         title, height = (user.name, 170.0) if axis == 0 else ("", 110.0)
         look: Any = {"title": title, "tint": recorded.tint(traces, user.name), "height": height}
         panels.append(Panel(label, lines, bands=recorded.bands(traces), levels=levels, **look))
@@ -106,15 +107,15 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     )
 
 
-def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Curve]:
+def force_lines(traces: SessionTraces, user: UserTraces, axis: int, scale: float) -> list[Curve]:
     """Return the forces at hand, device and avatar of a user along an axis."""
     lines, server = [], traces.server
-    f_h, f_m = (f[:, axis].round(DIGITS) for f in (user.f_h, user.f_applied))
+    f_h, f_m = ((scale * f[:, axis]).round(DIGITS) for f in (user.f_h, user.f_applied))
     tint = recorded.tint(traces, user.name)
     if np.isfinite(f_h).any():
         lines.append(Curve("hand on device", user.time_s, f_h, "hand", (), 4.0, user.tick_s))
     lines.append(Curve("rendered by the device", user.time_s, f_m, tint, (), 1.8, user.tick_s))
     if server is not None and user.name in server.users:
-        f_s = server.f_s[server.users.index(user.name)][:, axis]
+        f_s = scale * server.f_s[server.users.index(user.name)][:, axis]
         lines.append(_of_server(traces, "contact on avatar", f_s, "object", (6, 4), 1.2))
     return lines

@@ -160,7 +160,7 @@ class PerturbedUser(End):
         """Go one tick on; see :meth:`End.step`."""
         (loop, device), (p, of_device), sent = self.s, self.p, dict[Slot, Packet]()
         number, now_ns = tick - self.start, self.now_ns(tick)
-        sample = Sample(device.read_x, device.read_xd, True, now_ns)
+        sample = Sample(device.read_x, device.read_xd, True, now_ns, False)
         if self.sends.due(tick):
             loop, packet, _ = self._send(loop, now_ns, sample, False, p)
             loop = self._begin(loop, number, p)

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a hand feels and does: steps, buzz and lack of its force, and the band in which it moves.
 
-A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N``; *buzz*
-is the RMS of the applied force above ``BUZZ_HZ`` while the master is coupled, by a high pass
-without phase (:func:`.sums.beyond`): images of purposeful motion are what it counts. Of both, what
-an impact makes within ``IMPACT_S`` is left out. The *undisturbed force* is the median while the
-master is coupled and the avatar touches, of a hand that means to hold a force, from ``BLOW_N`` on.
+A *step* is a change of the applied force within 1 ms, a *blow* one of more than ``BLOW_N`` and
+more than the largest force F changes by in the hand's own band f, 2 pi f F in a second; *buzz* is
+the RMS of the applied force above ``BUZZ_HZ`` while the master is coupled, by a high pass without
+phase (:func:`.sums.beyond`): images of purposeful motion are what it counts. Of all, what an
+impact, or a body that slips out of a grip, makes within ``IMPACT_S`` is left out. The *undisturbed
+force* is the median while the master is coupled and the avatar touches, of a hand that means to
+hold a force, from ``BLOW_N`` on.
 
 *Disturbed* is a user that is not coupled, or has less than half of that force once it was felt,
 though the scenario does not take it away: at the start, in outages of a link, while a node that it
@@ -34,7 +36,7 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.params import OperatorParams
+from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import count
@@ -68,7 +70,8 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     if server is not None:
         index = server.users.index(user.name)
         touches = touching(server, index)
-        made_s.append(server.time_s[begins(touches)])
+        slipped = ~touches & bool(scenario and scenario.environment.outside)  # out of a grip
+        made_s.append(server.time_s[begins(touches) | begins(slipped)])
         row = np.searchsorted(server.time_s, user.time_s, side="right") - 1
         avatar = server.state[index][row] == Presence.COUPLED
         together = np.asarray(coupled & avatar & (row >= 0))
@@ -78,20 +81,22 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     lasted_s = np.append(np.diff(user.time_s), user.tick_s)  # as far as that is on record
     lasted_s[:-1][broken[1:]] = user.tick_s
     steps = np.where(impact, 0.0, _steps(user, broken))
-    worst = int(np.argmax(steps))
+    worst, size = int(np.argmax(steps)), np.linalg.norm(user.f_applied, axis=-1)
+    band_hz = operator_band_hz(known.operator, scenario.task) if scenario and known else 0.0
+    smooth_n = 2.0 * math.pi * band_hz * float(np.nan_to_num(size).max()) * th.STEP_S
+    blows = int(begins(steps > max(th.BLOW_N, smooth_n)).sum())
     found = Felt(
-        float(steps[worst]), float(user.time_s[worst]), int(begins(steps > th.BLOW_N).sum()),
+        float(steps[worst]), float(user.time_s[worst]), blows,
         None, None, None, float(lasted_s[together].sum() / lasted_s.sum()),
         _buzz_n(user, coupled & ~impact & ~broken),
     )  # fmt: skip
     if scenario is None or known is None:
         return found
-    away = _taken_away(traces, user, known)
+    away = _taken_away(traces, user, known, scenario.task)
     found = found._replace(disturbed_s=float(lasted_s[~together & ~away].sum()))
     holds = known.device.is_simulated and known.operator.kind in ("hand", "constant")
     if server is None or not holds:
         return found
-    size = np.linalg.norm(user.f_applied, axis=-1)
     held = together & touches[np.maximum(row, 0)] & np.isfinite(size)
     undisturbed_n = float(np.median(size[held])) if held.any() else 0.0
     felt_at = held & (user.time_s >= closed_s(user, scenario)) & (size >= undisturbed_n)
@@ -129,9 +134,7 @@ def stops_s(user: UserTraces, scenario: Scenario | None) -> Array:
 
 
 def closed_s(user: UserTraces, scenario: Scenario) -> float:
-    """Return when a simulated hand has closed, counted from the soft start's end [s]; else 0, also
-    where the record begins behind the soft start.
-    """
+    """Return when a simulated hand has closed [s]; 0 where none does or its start is unknown."""
     hands = {known.name for known in scenario.users if known.operator.is_hand}
     coupled = user.block_time_s[user.state == SafetyState.COUPLED]
     unknown = not len(coupled) or (user.state[0] == SafetyState.COUPLED and user.time_s[0] > 0.0)
@@ -140,7 +143,7 @@ def closed_s(user: UserTraces, scenario: Scenario) -> float:
     return float(coupled[0]) + scenario.task.grip_s + scenario.task.grip_rise_s
 
 
-def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
+def _taken_away(traces: SessionTraces, user: UserTraces, known: User, task: TaskParams) -> Flags:
     """Tell at which ticks the scenario takes the coupling of a user away."""
     delays_s = mean_s(known.link_up) + mean_s(known.link_down)
     back_s = th.BACK_S + known.safety.soft_start_s + delays_s
@@ -150,15 +153,17 @@ def _taken_away(traces: SessionTraces, user: UserTraces, known: User) -> Flags:
     for name, fates in traces.fates.items():
         lost_ns = fates.time_in_ns[fates.cause == Cause.OUTAGE] - zeros.get(name, 0)
         found += [(time_s, time_s) for time_s in (lost_ns * 1e-9).tolist()]
-    found += _stood_still(traces)
+    found += _stood_still(traces, task.grip_s + task.grip_rise_s if task.closes else 0.0)
     away = np.zeros(len(user.time_s), dtype=bool)
     for start_s, end_s in found:
         away[slice(*np.searchsorted(user.time_s, (start_s, end_s + back_s)))] = True
     return away
 
 
-def _stood_still(traces: SessionTraces) -> Iterator[tuple[float, float]]:
-    """Yield from when to when nodes did not run because the scenario asked for it [s]."""
+def _stood_still(traces: SessionTraces, closing_s: float) -> Iterator[tuple[float, float]]:
+    """Yield from when to when nodes did not run because the scenario asked for it [s]; the hand of
+    a master that is started again has to close again.
+    """
     ran_s = {f"{user.name} master": user.time_s for user in traces.users}
     up = (traces.packets.get(f"/server/{user.name}/wave_up") for user in traces.users)
     ran_s["netem"] = np.sort(np.concatenate([[], *(each.time_s for each in up if each)]))
@@ -169,7 +174,8 @@ def _stood_still(traces: SessionTraces) -> Iterator[tuple[float, float]]:
             since_s.setdefault(who, time_s)
         elif who in since_s and who in ran_s:
             later = ran_s[who][ran_s[who] >= time_s]
-            yield since_s.pop(who), float(later.min(initial=traces.duration_s))
+            closing = closing_s * (action == "start" and who.endswith("master"))
+            yield since_s.pop(who), float(later.min(initial=traces.duration_s)) + closing
     yield from ((since_s[who], traces.duration_s) for who in since_s.keys() & ran_s.keys())
 
 
@@ -185,9 +191,7 @@ def _steps(user: UserTraces, broken: Flags) -> Array:
 
 
 def _buzz_n(user: UserTraces, counts: Flags) -> float | None:
-    """Return the RMS of the force above ``BUZZ_HZ`` in the ticks that count [N]; each stretch of
-    them is filtered by itself, so that nothing rings into it.
-    """
+    """Return the RMS of the force above ``BUZZ_HZ``, stretch by stretch of what counts [N]."""
     found = spans(counts & np.isfinite(user.f_applied).all(axis=-1))
     parts = [user.f_applied[s] for s in found if (s.stop - s.start) * user.tick_s >= th.WINDOW_S]
     fast = [beyond(part, user.tick_s, th.BUZZ_HZ) for part in parts]
@@ -207,31 +211,25 @@ def felt_words(found: Mapping[str, Any]) -> str:
     return ", ".join(parts)
 
 
-def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:
-    """Return the frequency below which this operator moves on purpose.
-
-    A sinusoid brings harmonics where contact is made and broken. A recorded person moves and
-    trembles up to 10 Hz; so does one with a pointer, whose handle is let go and taken.
+def operator_band_hz(operator: OperatorParams, task: TaskParams) -> float:
+    """Return the frequency below which an operator moves on purpose; one with a pointer, who lets
+    the handle go and takes it, is as fast as a recorded one.
     """
     if operator.is_hand:
-        return max(2.0, th.MINIMUM_JERK / move_rise_s) if moves else th.REST_BAND_HZ
+        return max(2.0, th.MINIMUM_JERK / task.move_rise_s) if task.moves else th.REST_BAND_HZ
     if operator.is_sinusoid:
         return max(th.REST_BAND_HZ, th.HARMONICS * operator.frequency_hz)
     if operator.is_chirp:
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    by_hand = operator.is_remote or operator.is_recorded
-    return th.RECORDED_HZ if by_hand else th.REST_BAND_HZ
+    return th.RECORDED_HZ if operator.is_remote or operator.is_recorded else th.REST_BAND_HZ
 
 
 def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
     """Return the band of a session [Hz], that of the fastest hand and of the environment, and the
-    largest ratio of sampling images to purposeful motion.
-
-    ``closing``: hands close in what is judged.
+    largest ratio of sampling images to purposeful motion. ``closing``: hands close in that time.
     """
-    rise_s, moves = scenario.task.move_rise_s, scenario.task.moves
     hands = [user.operator for user in scenario.users]
-    band = max(operator_band_hz(hand, rise_s, moves=moves) for hand in hands)
+    band = max(operator_band_hz(hand, scenario.task) for hand in hands)
     band = max(band, th.HARMONICS * scenario.environment.drive_hz(scenario.server))
     if closing:
         band = max(band, th.MINIMUM_JERK / scenario.task.grip_rise_s)
@@ -239,12 +237,3 @@ def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
     highest = max(hand.frequency_hz for hand in hands) if driven else band
     slowest = max(scenario.server.period_s, *(user.master.frame_s for user in scenario.users))
     return band, highest / max(1.0 / slowest - highest, highest)
-
-
-def encoder_noise_m_s(user: User | None) -> float:
-    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s]: that of the
-    difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt 6).
-    """
-    if user is None or not user.device.differences:
-        return 0.0
-    return 2.0 * float(user.device.encoder_step_m) / (user.master.tick_s * math.sqrt(6.0))

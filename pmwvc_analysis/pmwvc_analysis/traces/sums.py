@@ -100,8 +100,7 @@ def powers(values: Array, period_s: float, band_hz: float) -> tuple[Array, Array
     reflected in that point it would swing about it.
     """
     fast, later = _above(values, period_s, band_hz, "even", 1.0, -1j)  # by a quarter of a cycle
-    beyond_it = 0.5 * np.sum(fast**2 + later**2, axis=-1)
-    return beyond_it, np.sum((values - fast) ** 2, axis=-1)
+    return 0.5 * np.sum(fast**2 + later**2, axis=-1), np.sum((values - fast) ** 2, axis=-1)
 
 
 def _above(

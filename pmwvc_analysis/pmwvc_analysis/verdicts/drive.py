@@ -92,10 +92,10 @@ def works(traces: SessionTraces, scenario: Scenario | None) -> list[LoopWork]:
 
 def drive(
     traces: SessionTraces, scenario: Scenario | None, start_s: float, end_s: float,
-    done: Sequence[LoopWork] | None = None,
+    done: Sequence[LoopWork],
 ) -> Drive:  # fmt: skip
-    """Return who drove the motion between two instants [s]; no work where no :func:`works` are
-    known (``done``, if they were asked for already), or ticks were not recorded.
+    """Return who drove the motion between two instants [s] by the :func:`works` of a session; no
+    work where none are known, or ticks were not recorded.
     """
     if scenario is None:
         return UNKNOWN
@@ -109,7 +109,7 @@ def drive(
     free, steady = bool(kinds) or stopped, kinds == {"constant"} and not stopped
     unknown = UNKNOWN._replace(free=free, steady=steady)
     given_j = moved_j = held_j = 0.0
-    for user, mass, force, x, work_j in works(traces, scenario) if done is None else done:
+    for user, mass, force, x, work_j in done:
         rows = inside(user.time_s)
         whole = round((end_s - max(start_s, float(user.time_s[0]))) / user.tick_s) - 2
         if rows.sum() < max(whole, 2):

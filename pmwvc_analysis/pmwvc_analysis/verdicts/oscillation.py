@@ -17,11 +17,11 @@ from functools import partial
 import numpy as np
 
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.traces.felt import bands, closed_s, encoder_noise_m_s, stops_s
+from pmwvc_analysis.traces.felt import bands, closed_s, stops_s
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import powers, spans
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces
 
 
@@ -175,13 +175,22 @@ def motions(
     found = []
     for user in traces.users:
         moved = f"{user.name}'s device", user.time_s, user.tick_s, user.xd_m
-        found.append(of(*moved, noise_m_s=encoder_noise_m_s(known.get(user.name))))
+        found.append(of(*moved, noise_m_s=_noise_m_s(known.get(user.name))))
     if server is not None:
         periods_s = server.periods_s[server.time_s >= since_s]
         period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
         there = server.time_s < traces.duration_s  # it runs on behind its users
         found.append(of("the object", server.time_s[there], period_s, server.xd_o[there]))
     return found
+
+
+def _noise_m_s(user: User | None) -> float:
+    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s]: that of the
+    difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt 6).
+    """
+    if user is None or not user.device.differences:
+        return 0.0
+    return 2.0 * float(user.device.encoder_step_m) / (user.master.tick_s * math.sqrt(6.0))
 
 
 def _disturbed(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:

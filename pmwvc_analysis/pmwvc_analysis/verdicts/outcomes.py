@@ -153,9 +153,10 @@ def _open(
     change_m = entry["drift_change_m"]
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         yield f"it still changed by {change_m * 1e3:.2f} mm in the last half second"
-    own = (each["kind"] for each in summary["events"] if each["who"] == f"{name} master")
-    if "limit" in own and not (hit or scenario.strict):
-        yield "its force was limited, which took motion out of the wave"
+    own = f"{name} master", "limit"
+    what = [e["what"].split()[0] for e in summary["events"] if (e["who"], e["kind"]) == own]
+    if what and not (hit or scenario.strict):
+        yield f"its {what[0]} was limited, which took motion out of the wave"
 
 
 def _tolerance_m(predicted_m: float) -> float:

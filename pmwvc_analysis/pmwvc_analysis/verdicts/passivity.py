@@ -41,9 +41,10 @@ NO_SCENARIO = "without the scenario its declared storage is not known"
 
 @dataclass(frozen=True)
 class Passivity:
-    """All findings of a session."""
+    """All findings of a session, and the energies that those on users were found in."""
 
     findings: tuple[Finding, ...]
+    users: tuple[energy.UserEnergy, ...] = ()
 
     def of(self, owner: str) -> list[Finding]:
         """Return the ports of one owner."""
@@ -86,7 +87,7 @@ def passivity(
         found.append(_of_server(traces.server, scenario, missing))
     if energies is not None:
         found += energies.findings
-    return Passivity(tuple(found))
+    return Passivity(tuple(found), tuple(balances.values()))
 
 
 def _held(found: Finding, user: UserTraces) -> Finding:
@@ -127,8 +128,7 @@ def _excused(found: Finding, why: str) -> Finding:
 
 def verdict(found: Passivity, owner: str) -> str:
     """Return the verdict of one user, or of the server, in one clause."""
-    ports = found.of(owner)
-    if not ports:
+    if not (ports := found.of(owner)):
         return "passivity not judged"
     violated = [port for port in ports if port.passive is False]
     if violated:

@@ -150,7 +150,7 @@ class _Judge:
                 return self._unstable(kind, f"{motion.name} oscillates with {speed}, growing")
         if took_over := limits.taken_over(traces):
             return Verdict(False, LIMITED, took_over)
-        shortened, saturated = limits.often_shortened(traces)
+        shortened, saturated = limits.often_shortened(traces, self.scenario)
         if shortened and (own or not saturated):
             return Verdict(False, LIMITED, shortened)
         if shortened:

@@ -68,8 +68,7 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     else:
         with doing("running") as work:
             entries = report.simulated(chosen, folder, work)
-    title = f"Comparison of {name}"
-    return report.report(folder, title, entries, console, figures=figures)
+    return report.report(folder, f"Comparison of {name}", entries, console, figures=figures)
 
 
 MISSES = "does NOT reproduce the recording"
@@ -155,8 +154,7 @@ def _reported(
         "times_real_time": times_real_time, "notes": result.prescribed.notes,
     }  # fmt: skip
     title = f"Replay of {result.recorded_scenario.name}"
-    entries = [measured(recorded), measured(replayed)]
-    found = write(folder, title, entries, about, figures=figures)
+    found = write(folder, title, [measured(recorded), measured(replayed)], about, figures=figures)
     states = [
         f"  {session['label']}: {state_text(session['stable'], session['instability'])}"
         for session in found["sessions"]

@@ -117,7 +117,9 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
             when = f"at {until:.2f} s" if until < summary["duration_s"] else "at the end"
             when = f"when {user['ended']}" if user["ended"] else when
             axes = force if isinstance(force, list) else [force]
-            parts.append(f"force {' '.join(f'{number:.2f}' for number in axes)} N {when}")
+            turn = [each * summary["parameters"].get("server.lever_m", 1.0) for each in axes[3:]]
+            torque = f", torque {' '.join(f'{each:.4f}' for each in turn)} N m" if turn else ""
+            parts.append(f"force {' '.join(f'{n:.2f}' for n in axes[:3])} N{torque} {when}")
         if user["environment_limited"]:
             parts.append(limits.words(user["environment_limited"]))
         if user["ticks_missing"]:

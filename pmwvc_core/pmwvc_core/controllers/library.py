@@ -13,8 +13,8 @@ from pmwvc_core.controllers import record as rules
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.couplings import AvatarSeen, Direct, Held, VirtualCoupling
-from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, PspmDevice
-from pmwvc_core.law.without_waves.tdpa import Observer, Tdpa, TdpaDevice
+from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm
+from pmwvc_core.law.without_waves.tdpa import Tdpa, TdpaEnd
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.params.server import TdpaParams
 from pmwvc_core.plugins import Records
@@ -66,8 +66,8 @@ TDPA = Controller(
     "later; a device at rest dissipates none.",
     waves=False,
     law=lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
-    device_rest=lambda baseline, axes: TdpaDevice((0.0,) * axes),
-    avatar_rest=lambda baseline, axes: Observer(),
+    device_rest=lambda baseline, axes: TdpaEnd((0.0,) * axes),
+    avatar_rest=lambda baseline, axes: TdpaEnd(()),
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
         rules.check_tdpa,
@@ -88,9 +88,7 @@ PSPM = Controller(
     law=lambda baseline, tick_s: Pspm(
         baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
     ),
-    device_rest=lambda baseline, axes: PspmDevice(
-        ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j)
-    ),
+    device_rest=lambda baseline, axes: ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j),
     avatar_rest=lambda baseline, axes: ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j),
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,

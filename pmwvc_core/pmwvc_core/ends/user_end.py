@@ -22,17 +22,15 @@ from pmwvc_core.law.user_tick import NEVER_NS, Sample, begin, send, user_tick
 from pmwvc_core.law.vectors import Vector, minus, scaled, zero
 from pmwvc_core.made.user import changed_user, made_user
 from pmwvc_core.master.safety import state_of, text_of
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import AXES, Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation, carried
+from pmwvc_core.transport.orientation import IDENTITY, Orientation, carried
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
-
-NOWHERE = -1.0  # [m] the reach where a device is beyond its workspace, wherever its avatar is
 
 
 class UserEnd(PortEnd):
@@ -109,10 +107,7 @@ class UserEnd(PortEnd):
             self.ended = self.report()
         taken = self.inbox.take(packets, now_ns) if packets else None
         sensed = self._known(sample, now_ns)
-        p = self.p
-        if sample.outside:
-            p = p._replace(limits=p.limits._replace(reach=NOWHERE))
-        self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, p)
+        self.s, f_m, f = self._tick(self.s, tick, now_ns, sensed, taken, self.p)
         if taken:
             self.inbox.silence_ns = self.s.arrivals.silence.limit_ns
         self._turn(self.s.x)
@@ -123,7 +118,7 @@ class UserEnd(PortEnd):
     def leave(self, now_ns: int) -> WavePacket:
         """Return the last packet: the user leaves."""
         x = self.s.x
-        packet = self._sent(now_ns, Sample(x, x, False, NEVER_NS), leaves=True)
+        packet = self._sent(now_ns, Sample(x, x, False, NEVER_NS, False), leaves=True)
         assert packet is not None  # no deadband holds a goodbye back
         return packet
 
@@ -134,9 +129,10 @@ class UserEnd(PortEnd):
         x, xd = sample.x, sample.xd
         if sample.orientation and sample.valid:
             self._at, self.orientation = vector(x, self._dof), sample.orientation
+        about = sample.valid, self._measured_ns, sample.outside
         if self._dof == 1 and type(x) is float and type(xd) is float:
-            return Sample((x,), (xd,), sample.valid, self._measured_ns)
-        return Sample(vector(x, self._dof), vector(xd, self._dof), sample.valid, self._measured_ns)
+            return Sample((x,), (xd,), *about)
+        return Sample(vector(x, self._dof), vector(xd, self._dof), *about)
 
     def _turn(self, x: Vector) -> None:
         """Go on to a position; a device that knows its orientation is there already."""

@@ -35,6 +35,7 @@ class Sample(NamedTuple):
     xd: Vector  # [m/s]
     valid: bool  # position and velocity can be trusted
     measured_ns: int  # when; NEVER_NS where nothing new came since the last sample
+    outside: bool  # the device is beyond its workspace
 
 
 def age_ns(sample: Sample, measured_ns: int, now_ns: int) -> float:
@@ -82,7 +83,9 @@ def send(
     port, arrivals, number = s.port, s.arrivals, s.packing.number + 1
     if age_ns(sample, s.measured_ns, now_ns) <= STALE_NS:
         port = port_measure(port, sample.x, sample.xd, p.port)
-    held_j = brake_stored_j(s.limits.brake, p.limits.brake_stiffness)
+    held_j = 0.0
+    for i in range(len(s.limits.parts)):
+        held_j += brake_stored_j(s.limits.parts[i].brake, p.limits.brake_stiffness)
     port, arrivals, sent = port_send(port, arrivals, s.frame_s, number, held_j, p.port)
     packing, packet, sends = pack(
         s.packing, sent, s.frame_s, now_ns, news(arrivals, p.arrivals), False, leaves,
@@ -144,8 +147,9 @@ def user_tick(
     port, arrivals, f_m = port_tick(port, arrivals, x, xd, p.port)
     interrupted = unreceived or waits(arrivals)
     limit, f = limits(
-        limit, f_m, x, xd, silence_s, known_server, known, interrupted, unreceived, p.limits
-    )
+        limit, f_m, x, s.x, xd, silence_s, known_server, known, interrupted, unreceived,
+        sample.outside, p.limits,
+    )  # fmt: skip
     port = port_passed(port, f, p.port)
     s = s._replace(
         next_answer=next_answer, arrivals=arrivals, port=port, limits=limit, x=x,

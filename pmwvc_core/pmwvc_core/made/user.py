@@ -19,14 +19,14 @@ from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.port_filters import FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
-from pmwvc_core.law.safety.limits import LARGEST, Limits, LimitsParams
+from pmwvc_core.law.safety.limits import Limits, LimitsParams, Part
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
+from pmwvc_core.numeric import AXES
 from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams
 from pmwvc_core.params.behind import strictest
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.transport.orientation import AXES
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
 
@@ -59,13 +59,13 @@ def packing_params(deadband: DeadbandParams) -> Deadband:
 
 
 def limits_params(
-    safety: SafetyParams, tick_s: float, packet_s: float, reach: float, brake: float, groups: Any
+    safety: SafetyParams, tick_s: float, packet_s: float, brake: float, groups: Any
 ) -> LimitsParams:
     """Return the limits of a force loop; a brake of no stiffness is none."""
     return LimitsParams(
         safety.max_force, safety.max_slew * tick_s, safety.damper_velocity, safety.fault_velocity,
         max(safety.timeout_s, 3.0 * packet_s), safety.release_s, safety.soft_start_s, tick_s,
-        reach, brake > 0.0, brake, groups,
+        brake > 0.0, brake, groups,
     )  # fmt: skip
 
 
@@ -90,10 +90,10 @@ def made_user(
     """Return a user's force loop at rest, and its parameters; ``session`` has controller, channel,
     axes and server (a scenario, or what a node was given).
     """
-    master, b, safety = user.master, user.impedance, user.safety
-    safety = strictest(safety, user.given_safety) if session.dof > 3 else safety  # turns: as given
+    master, b, safety, axes = user.master, user.impedance, user.safety, session.dof
+    safety = strictest(safety, user.given_safety) if axes == AXES else safety  # turns: as given
     record, strict = record_of(session.controller), is_strict(session.controller, session.channel)
-    axes, packet_s, tick_s = session.dof, session.server.period_s, master.tick_s
+    packet_s, tick_s = session.server.period_s, master.tick_s
     of_arrivals = arrivals_params(session, b, safety.timeout_s, HAND_RETURN_S, master.store_j)
     nothing, values = (0.0,) * axes, values_of(user, record)
     packet, law = no_packet(nothing, ()), record.device_rest(values, axes)
@@ -113,9 +113,10 @@ def made_user(
     if axes == AXES:
         share = safety.max_torque / session.server.lever_m / safety.max_force or 1.0
         groups = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, share)
-    of_limits = limits_params(safety, tick_s, packet_s, LARGEST, stiffness, groups)
+    of_limits = limits_params(safety, tick_s, packet_s, stiffness, groups)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
-    limits = Limits(nothing, nothing, loose_brake(nothing), of_limits.timeout_s)
+    parts = (Part(loose_brake(nothing)),) * len(groups)
+    limits = Limits(nothing, nothing, parts, of_limits.timeout_s)
     s = ForceLoop(
         0, 0, master.rate_drop, master.frame_s, Packing(*(nothing,) * 3), arrivals, packet, 0,
         port, limits, nothing, NEVER_NS, 0, NEVER, False,

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pmwvc_core.params.fields import Validated, fixed, group, has, lacks, parameter
+from pmwvc_core.params.fields import Validated, disordered, fixed, group, has, lacks, parameter
 
 OPERATOR_KINDS = (
     *("none", "constant", "sinusoid", "chirp", "hand", "remote"),
@@ -67,12 +67,7 @@ class SafetyParams(Validated):
 
     def conflicts(self) -> list[str]:
         """Check the order of the two speed limits."""
-        if self.fault_velocity <= self.damper_velocity:
-            return [
-                f"fault_velocity = {self.fault_velocity}: "
-                f"must be > damper_velocity = {self.damper_velocity} m/s"
-            ]
-        return []
+        return disordered(self, ("damper_velocity", "fault_velocity"))
 
 
 class ServerTimes(NamedTuple):

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 from pmwvc_core.network.in_flight import COLUMNS
+from pmwvc_core.numeric import AXES
 from pmwvc_core.runtime.messages import OF_OBJECT, PER_AXIS
 from pmwvc_core.traces import OF_AVATARS
 
@@ -22,7 +23,6 @@ Reception: TypeAlias = Any
 PacketFate: TypeAlias = Any
 Stamp: TypeAlias = Any  # a time of ROS
 
-MOST_DOF = 6
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3
 _LARGEST = 1 << 62  # numbers and times [ns] that overflow when they are added up
 
@@ -41,7 +41,7 @@ def _lengths(message: object, wanted: Mapping[str, int]) -> Iterator[str]:
 
 def _trace(message: Trace, wanted: Mapping[str, int], place: str, count: int) -> Iterator[str]:
     """Check what both traces have, lengths, and ``count`` ticks or users (``place``)."""
-    if not 1 <= message.dof <= MOST_DOF:
+    if not 1 <= message.dof <= AXES:
         yield f"dof = {message.dof}"
     if not 0.0 < message.period <= 1.0:
         yield f"period = {message.period:g} s"
@@ -90,7 +90,7 @@ def _server_trace(message: ServerTrace) -> Iterator[str]:
 
 def _wave(message: Wave) -> Iterator[str]:
     axes = len(message.wave)
-    if not 1 <= axes <= MOST_DOF:
+    if not 1 <= axes <= AXES:
         yield f"wave has {axes} values"
     yield from _lengths(message, {"integral": axes})
 

@@ -19,13 +19,14 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from pmwvc_core.ends.inbox import scalar, value, vector
+from pmwvc_core.numeric import AXES
 from pmwvc_core.runtime.messages import KEPT, NS_PER_S, MessageTypes, record_of
-from pmwvc_core.transport.orientation import AXES, IDENTITY
+from pmwvc_core.transport.orientation import IDENTITY
 from pmwvc_core.transport.packet import Admission, Receipt, WavePacket, refused, size_bytes
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 CDR = ENCAPSULATION[:2]
-MOST_AXES, MOST_EXTRA = 6, 12
+MOST_EXTRA = 12
 _LENGTH, _DOF_AT = struct.Struct("<I"), 44
 
 
@@ -60,7 +61,7 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     """Return a message as a packet, refused where it is none, with its reception time."""
     (dof,) = _LENGTH.unpack_from(data, _DOF_AT) if len(data) >= size_bytes(0) else (0,)
     extra, rest = divmod(len(data) - size_bytes(dof), 8)
-    if rest or not 1 <= dof <= MOST_AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
+    if rest or not 1 <= dof <= AXES or not 0 <= extra <= MOST_EXTRA or data[:2] != CDR:
         return refused(Receipt.MALFORMED)
     layout, places = _layout(dof, extra)
     found = layout.unpack(data)

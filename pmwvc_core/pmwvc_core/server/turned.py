@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import AXES, Array, Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COMPENSATIONS
-from pmwvc_core.transport.orientation import AXES, IDENTITY, Orientation
+from pmwvc_core.transport.orientation import IDENTITY, Orientation
 
 REPAID = 0.3  # of the drift in a step, as of what waves and avatar are apart
 LARGEST_RAD_S = 0.5  # a device whose orientation jumps turns nobody's hand

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from operator import mul
 
 Orientation = tuple[float, ...]
-AXES, IDENTITY = 6, (0.0, 0.0, 0.0, 1.0)  # with as many, ends have orientations
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
 UNIT = 1e-3  # these are as long as 1 within
 
 

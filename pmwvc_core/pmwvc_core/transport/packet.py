@@ -27,8 +27,8 @@ from hashlib import blake2b
 from typing import Protocol
 
 from pmwvc_core.account import Passage
-from pmwvc_core.numeric import Value
-from pmwvc_core.transport.orientation import AXES, Orientation
+from pmwvc_core.numeric import AXES, Value
+from pmwvc_core.transport.orientation import Orientation
 
 # With what is in flight; without waves of both directions together.
 LINK_UP = Passage("link_up", ("u_tx",), ("u_s",))

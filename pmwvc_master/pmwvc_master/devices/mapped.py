@@ -122,7 +122,7 @@ def matrix_of(info: DeviceInfo, given: DeviceParams) -> Array:
     )
     matrix = np.eye(info.dof)
     matrix[:3, :3] = given.scale * turned
-    if info.dof == 6:  # a turn is mirrored where the axes are
+    if info.dof > len(turned):  # a turn is mirrored where the axes are
         matrix[3:, 3:] = np.round(np.linalg.det(turned)) * turned
     return matrix
 

@@ -16,10 +16,10 @@ from dataclasses import replace
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
-from pmwvc_core.law.safety.limits import REACH
 from pmwvc_core.numeric import Value, dot, flatten
 from pmwvc_master.devices import HapticDevice
 
+REACH = 1.01  # of the workspace: a stop gives way a little
 FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
 BLOCK_NS, SECOND_NS = 20_000_000, 1_000_000_000
 MOVED_M2 = 50 * 0.0003**2  # sum of D . D of a second in which something moved

@@ -106,7 +106,7 @@ class RosTopicDevice:
                 f"device.plugin = 'ros_topic': dof = {self._dof}: must be 1 to 3, or 6"
             )
         self._turn = Turn(setup.lever_m)
-        self.info = DeviceInfo("ROS topics", self._dof, velocity="estimated")
+        self.info = DeviceInfo("ROS topic device/measured_cp", self._dof, velocity="estimated")
         self._zero = value((0.0,) * setup.dof)
         start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)

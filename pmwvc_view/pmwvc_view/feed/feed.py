@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding
-from pmwvc_analysis.budget.energy import UserEnergy, user_energies
+from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import kept_words, why_kept
@@ -173,9 +173,10 @@ class Feed:
         shown = self.tape.shown()
         if self.tape.end_s >= self._balanced_s + BALANCED_S:
             self._balanced_s = self.tape.end_s
-            for energy in user_energies(shown, self._scenario):
+            judged = passivity(shown, self._scenario, None)
+            for energy in judged.users:
                 self.users[energy.name].account(energy)
-            for found in passivity(shown, self._scenario, None).findings:
+            for found in judged.findings:
                 key, owner = (found.owner, found.part), self.users.get(found.owner)
                 if owner.known if owner else self.server_judged:
                     self.worst[key] = min(self.worst.get(key, found), found, key=_margin_j)
@@ -202,8 +203,7 @@ class Feed:
         self._layout.set(row, self.others)
         for user in shown.users:
             self.users[user.name].follow(row, user)
-        packets, self._packets = self._packets, []
-        every = np.concatenate(packets) if packets else NO_PACKETS
+        every, self._packets = np.concatenate([NO_PACKETS, *self._packets]), []
         return Snapshot(row, every, self._layout.narrow)
 
     def _begin(self, at_s: float) -> None:

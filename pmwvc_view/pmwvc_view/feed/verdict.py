@@ -22,7 +22,7 @@ from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.passivity import part_words
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces, loads
 from pmwvc_core.words import quantity
 from pmwvc_view.feed.feed import Feed, FeedUser
 from pmwvc_view.feed.tape import SPAN_S, Tape
@@ -35,14 +35,14 @@ AT_LIMIT = 0.999
 class Judge:
     """The report's judge on the newest seconds. ``why`` tells what makes the session unstable as
     of now, empty: nothing does; ``was`` what did last, and until when; ``slips`` what slipped or
-    fell; ``limited`` whose force is at its largest [N]; ``felt``: what each user felt.
+    fell; ``limited`` which force or torque is at its largest; ``felt``: what each user felt.
     """
 
     def __init__(self, tape: Tape, scene: Mapping[str, Any]) -> None:
         self._tape, self._scene = tape, scene
         self._since_s, self._judged_s = -math.inf, -JUDGED_S
         self.why, self.was, self.slips = "", list[str](), list[str]()
-        self.limited, self.felt = dict[str, float](), dict[str, str]()
+        self.limited, self.felt = list[str](), dict[str, str]()
 
     def changed(self) -> None:
         """Begin anew: what was before a change of parameters says nothing of what is."""
@@ -61,14 +61,18 @@ class Judge:
         unstable = f"{found.instability}: {found.why}" if found.stable is False else ""
         if self.why and not unstable:
             self.was = [f"Not stable until {now_s:.0f} s, {self.why}."]
-        self.why, self.limited = unstable, {}
+        self.why, self.limited = unstable, []
         seen = grips.events(traces.server, now, self._scene)
         self.slips = [f"{e['who']}, at {e['time_s']:.2f} s: {e['what']}." for e in seen]
-        most_n = {user.name: user.safety.max_force for user in scenario.users}
+        safety = {user.name: user.safety for user in scenario.users}
         for own in traces.users:
-            late_n = np.linalg.norm(own.f_applied[own.time_s > now_s - LATE_S], axis=-1)
-            if late_n.size and np.mean(late_n >= AT_LIMIT * most_n[own.name]) > 0.5:
-                self.limited[own.name] = most_n[own.name]
+            limits = safety[own.name]
+            torque_n_m = limits.max_torque or limits.max_force * now.server.lever_m
+            most = {"force": limits.max_force, "torque": torque_n_m}
+            for load, unit, f in loads(own.f_applied[own.time_s > now_s - LATE_S], now):
+                size = np.linalg.norm(f, axis=-1)
+                if size.size and np.mean(size >= AT_LIMIT * most[load]) > 0.5:
+                    self.limited.append(f"{load} of {own.name} ({most[load]:.3g} {unit})")
             self.felt[own.name] = felt_words(felt(traces, own, now)._asdict())
 
     def traces(self, scenario: Scenario) -> SessionTraces:
@@ -120,14 +124,9 @@ def _judged(
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
-    limited = [f"{name} ({force:.3g} N)" for name, force in judge.limited.items()]
-    if limited:
-        return CAUTION, f"All users are coupled; force at its limit: {', '.join(limited)}."
-    unjudged = [
-        name
-        for name, user in users.items()
-        if not user.known or not (user.channel_known or name in exact)
-    ]
+    if judge.limited:
+        return CAUTION, f"All users are coupled; at its limit: {', '.join(judge.limited)}."
+    unjudged = [n for n, u in users.items() if not (u.known and (u.channel_known or n in exact))]
     if unjudged:
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
     channels = all(user.channel_known for user in users.values())

@@ -24,6 +24,7 @@ export function signalsOf(session) {
   return [
     {
       title: "Force", unit: "N", factor: 1, decimals: 2, least: 1,
+      turn: { title: "Torque", unit: "N m", factor: session.lever_m, decimals: 4 },
       lines: perUser((name, colour, text) => [{
         name: text, colour, value: column(`${name}.f_applied`),
         low: column(`${name}.f_min`), high: column(`${name}.f_max`),
@@ -31,6 +32,7 @@ export function signalsOf(session) {
     },
     {
       title: "Position", unit: "mm, dotted: avatar", factor: 1e3, decimals: 1, least: 0.02,
+      turn: { title: "Turn", unit: "deg, dotted: avatar", factor: 180 / Math.PI / session.lever_m },
       lines: [
         { name: "target", colour: "target", dash: true, silent: true, value: column("object.target") },
         { name: session.scene.shapes ? "body" : "cube", colour: "ink", value: column("object.x_o") },

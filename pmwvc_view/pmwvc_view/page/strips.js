@@ -24,6 +24,7 @@ export class Strips {
   draw(axis) {
     const until_ms = performance.now() + BUDGET_MS;
     for (let i = 0; i < this.strips.length; i += 1) {
+      this.strips[this.turn].turned(axis);
       this.strips[this.turn].draw(axis);
       this.turn = (this.turn + 1) % this.strips.length;
       if (performance.now() > until_ms) return;
@@ -34,25 +35,37 @@ export class Strips {
 /** The frame of a strip: title, unit, values, canvas. */
 class Frame {
   constructor(container, session, signal) {
-    Object.assign(this, { session, signal });
+    Object.assign(this, { session, signal, given: signal, axis: 0 });
     const section = document.createElement("section");
     section.className = "strip";
     section.dataset.size = signal.size ?? "";
     const header = document.createElement("header");
-    const title = document.createElement("h3");
-    title.textContent = signal.title;
-    const unit = document.createElement("span");
-    unit.className = "unit";
-    unit.textContent = ` ${signal.unit}`;
-    title.append(unit);
+    this.title = document.createElement("h3");
+    this.name();
     this.legend = document.createElement("div");
     this.legend.className = "legend";
-    header.append(title, this.legend);
+    header.append(this.title, this.legend);
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", `${signal.title} over the last ${signal.window_s ?? HISTORY_S} seconds`);
     section.append(header, this.canvas);
     container.append(section);
+  }
+
+  /** Write title and unit: of axes 4 to 6 those of a turn. */
+  name() {
+    this.signal = { ...this.given, ...(this.axis > 2 ? this.given.turn : {}) };
+    const unit = document.createElement("span");
+    unit.className = "unit";
+    unit.textContent = ` ${this.signal.unit}`;
+    this.title.replaceChildren(this.signal.title, unit);
+  }
+
+  /** Show another axis. */
+  turned(axis) {
+    if (axis === this.axis) return;
+    this.axis = axis;
+    this.name();
   }
 
   /** An entry of the legend; returns the element that takes the value. */

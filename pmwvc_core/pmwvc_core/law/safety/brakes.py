@@ -79,16 +79,15 @@ def brake_force(s: BrakeForce, waits: bool, f: Vector, h: float, return_s: float
 
 
 class HandBrake(NamedTuple):
-    """Its largest force, the position before, and the deflection z [m]."""
+    """Its largest force, and the deflection z [m]."""
 
     largest: BrakeForce
-    x: Vector
     z: Vector
 
 
 def loose_brake(nothing: Vector) -> HandBrake:
     """Return a brake that holds nothing."""
-    return HandBrake(resting_brake(nothing), nothing, nothing)
+    return HandBrake(resting_brake(nothing), nothing)
 
 
 def brake_stored_j(s: HandBrake, k: float) -> float:
@@ -96,27 +95,21 @@ def brake_stored_j(s: HandBrake, k: float) -> float:
     return 0.5 * k * squared(s.z)
 
 
-def holding(
-    s: HandBrake, waits: bool, x: Vector, f: Vector, tick_s: float, k: float
-) -> tuple[HandBrake, bool]:
-    """Go one tick on; tell whether anything is held. ``f`` is the force on the device in the tick
-    before [N]; where the position [m] is no number nothing begins to be held.
+def hand_braked(
+    s: HandBrake, waits: bool, way: Vector, last: Vector, f: Vector, tick_s: float, k: float
+) -> tuple[HandBrake, Vector]:
+    """Go one tick and a way on; return the brake's force beside one that the controller asks for.
+    ``last`` is the force on the device in the tick before [N]; where the way [m] is no number
+    nothing begins to be held.
     """
-    known = within(x, LARGEST_M)
-    largest = brake_force(s.largest, waits and known, f, tick_s, HAND_RETURN_S)
+    known = within(way, LARGEST_M)
+    largest = brake_force(s.largest, waits and known, last, tick_s, HAND_RETURN_S)
     if largest.left <= 0.0:
-        return HandBrake(largest, x, zero(s.z)), False
-    moved = x if known else zero(x)
-    moved = minus(moved, s.x) if within(s.x, LARGEST_M) else moved
-    z = shortened(plus(s.z, moved), brake_limit(largest) / k)
-    return HandBrake(largest, x, z), True
-
-
-def brake_push(s: HandBrake, f: Vector, k: float) -> tuple[HandBrake, Vector]:
-    """Return the brake's force beside a force that the controller asks for [N]."""
-    limit = brake_limit(s.largest)
-    given, _ = affordable(f, scaled(s.z, k), max(limit * limit - squared(f), 0.0))
-    return s._replace(z=scaled(given, 1.0 / k)), given
+        return HandBrake(largest, zero(s.z)), zero(s.z)
+    limit = brake_limit(largest)
+    z = shortened(plus(s.z, way if known else zero(way)), limit / k)
+    given, _ = affordable(f, scaled(z, k), max(limit * limit - squared(f), 0.0))
+    return HandBrake(largest, scaled(given, 1.0 / k)), given
 
 
 class AvatarBrake(NamedTuple):

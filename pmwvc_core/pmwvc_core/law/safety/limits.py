@@ -4,7 +4,7 @@
 Research software: not a certified safeguard.
 
 * the force starts at zero, changes by at most ``max_slew * tick_s`` in a tick and is never longer
-  than ``max_force`` (a vector keeps its direction); of six axes force and torque each by itself;
+  than ``max_force`` (a vector keeps its direction);
 * after a start, another server or any recovery it grows from zero over ``soft_start_s``, after a
   silence of the same server from what had not faded, within ``RETURN_S`` (at once with a brake);
   what acted before another server came, or the loop stood still, goes over within ``FADE_S``;
@@ -12,26 +12,47 @@ Research software: not a certified safeguard.
   the device is faster than ``damper_velocity``, only the part that opposes the motion remains;
   what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` damping and
   brake are let go over ``LET_GO_S``;
-* **workspace**: beyond the half extent that the device declares, damping likewise;
+* **workspace**: where the device says it is beyond its own, damping likewise;
 * **device silent**: no force; after ``LOST_S`` a fault. Values that are not finite count as zero;
 * **fault**: above ``fault_velocity``, or where the device was lost, no force until ``rearm``.
 
-On the strict channel a brake holds the hand (:mod:`.brakes`). Equations: docs/theory.md 10.2.
+Of six axes force and torque are each limited, damped for their own speed, and braked. The brake
+holds the hand on the strict channel (:mod:`.brakes`). Equations: docs/theory.md 10.2.
 """
 
 from typing import NamedTuple
 
-from pmwvc_core.law.safety.brakes import HandBrake, brake_limit, brake_push, holding, loose_brake
-from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, shortened, times, within, zero
+from pmwvc_core.law.safety.brakes import HandBrake, brake_limit, hand_braked, loose_brake
+from pmwvc_core.law.vectors import (
+    Vector,
+    columns,
+    dot,
+    each,
+    minus,
+    plus,
+    scaled,
+    shortened,
+    times,
+    within,
+    zero,
+)
 
 LOST_S = 1.0
 # Causes of the state of the limits:
 NONE, WAITING, SOFT_START, SILENT, RELEASED, TOO_FAST, NOT_FINITE, RUNAWAY = range(8)
 OUTSIDE, DEVICE_SILENT, DEVICE_LOST, UNRECEIVED, LATE = range(8, 13)
-REACH = 1.01  # of the workspace: a stop gives way a little
 FADE_S, LET_GO_S = 0.02, 0.5
+State = tuple[bool, bool, bool, bool, bool, float, bool, float]
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
+
+
+class Part(NamedTuple):
+    """State of the limits of the force, or of the torque."""
+
+    brake: HandBrake
+    gain: float = 0.0  # what is let through of it
+    push: float = 1.0  # and of what pushes, while only damping is
 
 
 class Limits(NamedTuple):
@@ -39,11 +60,9 @@ class Limits(NamedTuple):
 
     f: Vector  # as applied last [N]
     before: Vector  # as applied when another server came, or the loop stood still [N]
-    brake: HandBrake
+    parts: tuple[Part, ...]
     silence_s: float  # from which on the server counts as silent
-    gain: float = 0.0  # what is let through of the whole force
-    left: float = 0.0  # and of the one before
-    push: float = 1.0  # and of what pushes, while only damping is
+    left: float = 0.0  # what is let through of the force before
     ready: bool = False  # the force has been let through in full
     damped: bool = False  # in the tick before
     returns: bool = False  # rises after a silence of the same server
@@ -68,7 +87,6 @@ class LimitsParams(NamedTuple):
     release_s: float
     soft_start_s: float
     tick_s: float
-    reach: float  # [m]
     brakes: bool
     brake_stiffness: float  # [N/m]
     # force, and of six axes torque: 1 for each of its axes else 0, and its share of force and slew
@@ -77,26 +95,30 @@ class LimitsParams(NamedTuple):
 
 def limits_restart(s: Limits) -> Limits:
     """Let the force start from zero again: what it comes from is not what it came from."""
-    brake = loose_brake(zero(s.f))._replace(x=s.brake.x)
-    s = s._replace(before=s.f, left=1.0, gain=0.0, returns=False, quiet=False)
-    return s._replace(brake=brake, cause=WAITING)
+    s = s._replace(before=s.f, left=1.0, returns=False, quiet=False, cause=WAITING)
+    return s._replace(parts=each(_restarted, (s.parts,)))
+
+
+def _restarted(s: Part) -> Part:
+    return Part(loose_brake(zero(s.brake.z)), 0.0, s.push)
 
 
 def limits(
-    s: Limits, f: Vector, x: Vector, xd: Vector, silence_s: float, coupled: bool, sensed: bool,
-    interrupted: bool, unreceived: bool, p: LimitsParams,
+    s: Limits, f: Vector, x: Vector, before: Vector, xd: Vector, silence_s: float, coupled: bool,
+    sensed: bool, interrupted: bool, unreceived: bool, outside: bool, p: LimitsParams,
 ) -> tuple[Limits, Vector]:  # fmt: skip
-    """Return the force for the device [N] in the place of the one asked for. ``coupled``: the
-    server has answered; ``sensed``: the device knows its motion; ``interrupted``: no waves come,
-    here or at the server; ``unreceived``: the server has had none of this user for too long.
+    """Return the force for the device [N] in the place of the one asked for. ``before``: where the
+    device was; ``coupled``: the server has answered; ``sensed``: the device knows its motion;
+    ``interrupted``: no waves come, here or at the server; ``unreceived``: the server has had none
+    of this user for too long.
     """
-    brake, holds = s.brake, False
-    if p.brakes:
-        brake, holds = holding(brake, interrupted, x, s.f, p.tick_s, p.brake_stiffness)
-    good = within(f, LARGEST) and within(x, LARGEST) and within(xd, LARGEST)
+    good, speed = within(f, LARGEST) and within(x, LARGEST) and within(xd, LARGEST), 0.0
     if not good:
         f, xd = zero(f), zero(xd)
-    speed, active = dot(xd, xd), coupled and sensed
+    for i in range(len(p.groups)):
+        along = times(xd, p.groups[i][0])
+        speed = max(speed, dot(along, along))
+    active = coupled and sensed
     ever, missing_s = s.sensed or sensed, 0.0 if sensed else s.missing_s + p.tick_s
     lost = coupled and missing_s > LOST_S
     gone = coupled and not sensed and (ever or lost)
@@ -105,71 +127,69 @@ def limits(
     fast = active and speed > p.damper_velocity**2
     runs_away = active and speed > p.fault_velocity**2
     fault = s.fault or (RUNAWAY if runs_away else DEVICE_LOST if lost and ever else NONE)
-    outside = active and not within(times(x, p.groups[0][0]), p.reach)
+    outside = active and outside
     damped, released = silent or fast or outside, silent and overdue
     force = active and good and fault == NONE
-    gain, push, returns = _faded(s, force, damped, fast, released, p)
-    ready = s.ready or (gain >= 1.0 and not damped)
-    if fast or outside or (silent and not p.brakes):  # what opposes the motion, and what is left
-        power = dot(f, xd)
-        kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
-        f = plus(kept, scaled(minus(f, kept), push))
-    if holds:
-        brake, more = brake_push(brake, f, p.brake_stiffness)
-        f = f if fast or outside else plus(f, more)
+    recovers, quiet = s.damped and not damped, s.quiet and s.ready
+    returns = (quiet if recovers else s.returns) and force
+    rise_s = min(p.soft_start_s, RETURN_S) if returns else p.soft_start_s
+    change = -p.tick_s / LET_GO_S if released else p.tick_s / rise_s
+    fades = recovers and not (quiet and p.brakes)
     left = max(s.left - p.tick_s / FADE_S, 0.0) if force and not fast else 0.0
-    f = plus(scaled(f, gain * (1.0 - left)), scaled(s.before, left))
-    applied, limited = _capped(f, p.max_force, p)
-    change, sudden = _capped(minus(applied, s.f), p.slew, p)
-    if sudden:
-        applied, limited = plus(s.f, change), True
-    unreceived = unreceived and active
+    state = interrupted, active, force, silent, outside, change, fades, left
+    given = each(_part, (s.parts, p.groups), s, f, minus(x, before), xd, state, p)
+    parts, forces, longer, rising, held = columns(given)
+    for i in range(len(forces)):
+        f = plus(f, forces[i]) if i > 0 else forces[i]
+    ready = s.ready or not (True in rising or damped)
     disturbed = gone or (active and (damped or unreceived or not force))
-    limited = limited and force and not damped
+    limited = True in longer and force and not damped
     events = s.events + (disturbed and not s.disturbed) + (limited and not s.limited)
     cause = (  # the first of these that there is
         fault if fault != NONE else DEVICE_LOST if lost else DEVICE_SILENT if gone else
         WAITING if not active else NOT_FINITE if not good else
         RELEASED if released else SILENT if silent else
         OUTSIDE if outside else TOO_FAST if fast else
-        UNRECEIVED if unreceived else SOFT_START if gain < 1.0 else
-        LATE if holds and brake_limit(brake.largest) > 0.0 else NONE
+        UNRECEIVED if unreceived else SOFT_START if True in rising else
+        LATE if True in held else NONE
     )  # fmt: skip
-    quiet = silent and not (fast or outside)
+    quiet = silent and good and not (fast or outside)
     s = Limits(
-        applied, s.before, brake, s.silence_s, gain, left, push, ready, damped, returns, quiet,
-        ever, missing_s, fault, events, disturbed, limited, cause,
+        f, s.before, parts, s.silence_s, left, ready, damped, returns, quiet, ever, missing_s,
+        fault, events, disturbed, limited, cause,
     )  # fmt: skip
-    return s, applied
+    return s, f
 
 
-def _capped(f: Vector, most: float, p: LimitsParams) -> tuple[Vector, bool]:
-    """Return force and torque, each at most so long, and whether one was longer."""
-    longer = False
-    for i in range(len(p.groups)):
-        axes, share = p.groups[i]
-        part, rest = times(f, axes), minus(f, times(f, axes))
-        longer = longer or dot(part, part) > (most * share) ** 2
-        f = plus(shortened(part, most * share), rest)
-    return f, longer
-
-
-def _faded(
-    s: Limits, force: bool, damped: bool, fast: bool, released: bool, p: LimitsParams
-) -> tuple[float, float, bool]:
-    """Return gain and push of a tick, and whether the force returns; when too fast, what pushes
-    goes at once. With a brake, which holds the hand meanwhile, the force comes back whole.
+def _part(
+    s: Part, group: tuple[Vector, float], of_all: Limits, f: Vector, moved: Vector, xd: Vector,
+    state: State, p: LimitsParams,
+) -> tuple[Part, Vector, bool, bool, bool]:  # fmt: skip
+    """Return force or torque; whether it, or its step, was too large, whether it rises, and is
+    braked. When too fast, what pushes goes at once. With a brake, which holds the hand meanwhile,
+    a force comes back whole from a silence.
     """
-    recovers, quiet, gain = s.damped and not damped, s.quiet and s.ready, s.gain
-    returns = (quiet if recovers else s.returns) and force
-    if recovers and not (quiet and p.brakes):
-        gain *= s.push
-    if released:
-        gain = max(gain - p.tick_s / LET_GO_S, 0.0)
-    else:
-        rise_s = min(p.soft_start_s, RETURN_S) if returns else p.soft_start_s
-        gain = min(gain + p.tick_s / rise_s, 1.0)
-    push = 1.0
-    if damped:
+    (waits, active, force, silent, outside, change, fades, left), (axes, share) = state, group
+    f, xd, last = times(f, axes), times(xd, axes), times(of_all.f, axes)
+    speed, most, slew = dot(xd, xd), p.max_force * share, p.slew * share
+    fast = active and speed > p.damper_velocity**2
+    beyond, push, brake = fast or outside, 1.0, s.brake
+    gain = s.gain * s.push if fades else s.gain
+    gain = min(max(gain + change, 0.0), 1.0) if force else 0.0
+    if silent or beyond:
         push = 0.0 if fast else max(s.push - p.tick_s / FADE_S, 0.0)
-    return gain if force else 0.0, push, returns
+    if beyond or (silent and not p.brakes):  # what opposes the motion, and what is left
+        power = dot(f, xd)
+        kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
+        f = plus(kept, scaled(minus(f, kept), push))
+    if p.brakes:
+        way, k = times(moved, axes), p.brake_stiffness
+        brake, more = hand_braked(brake, waits, way, last, f, p.tick_s, k)
+        f = f if beyond else plus(f, more)
+    f = scaled(f, gain * (1.0 - left))
+    f = plus(f, scaled(times(of_all.before, axes), left))
+    applied, longer = shortened(f, most), dot(f, f) > most**2
+    step = minus(applied, last)
+    if dot(step, step) > slew**2:
+        applied, longer = plus(last, shortened(step, slew)), True
+    return Part(brake, gain, push), applied, longer, gain < 1.0, brake_limit(brake.largest) > 0.0

@@ -41,18 +41,11 @@ class ModulatedSpring(NamedTuple):
 
     q: Vector  # [m] set point
     tank_j: float
-    placed: bool = False  # at this end, since it joined
+    placed: bool = False  # at this end, since it joined; at the device: while answers come
     spring_j: float = 0.0
     sent_j: float = 0.0  # running sum, goes into the packets
     received_j: float = 0.0
     dropped_j: float = 0.0  # springs let go
-
-
-class PspmDevice(NamedTuple):
-    """The device's end: its spring, whether answers come."""
-
-    spring: ModulatedSpring
-    coupled: bool = False
 
 
 def taken_in(s: ModulatedSpring, received_j: float) -> ModulatedSpring:
@@ -92,47 +85,42 @@ def spring_let_go(s: ModulatedSpring, x: Vector) -> ModulatedSpring:
     return s._replace(q=x, placed=True, spring_j=0.0, dropped_j=s.dropped_j + s.spring_j)
 
 
-@ends.device_moved.member(PspmDevice)
+@ends.device_moved.member(ModulatedSpring)
 def _moved(
-    s: PspmDevice, was: ends.DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
-) -> PspmDevice:
+    s: ModulatedSpring, was: ends.DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams
+) -> ModulatedSpring:
     """Count the work that the force applied last has done until here."""
-    q, work_j = s.spring.q if s.coupled else x, dot(was.f, minus(x, was.x))
-    return s._replace(spring=set_to(s.spring, q, x, work_j, p.law))
+    return set_to(s, s.q if s.placed else x, x, dot(was.f, minus(x, was.x)), p.law)
 
 
-@ends.device_sends.member(PspmDevice)
+@ends.device_sends.member(ModulatedSpring)
 def _send(
-    s: PspmDevice, end: ends.DeviceEnd, frame_s: float, p: DeviceEndParams
-) -> tuple[PspmDevice, Sent]:
-    spring = divided(s.spring, p.law)
-    return s._replace(spring=spring), Sent(end.xd, end.x, spring.sent_j, (), 0)
+    s: ModulatedSpring, end: ends.DeviceEnd, frame_s: float, p: DeviceEndParams
+) -> tuple[ModulatedSpring, Sent]:
+    s = divided(s, p.law)
+    return s, Sent(end.xd, end.x, s.sent_j, (), 0)
 
 
-@ends.device_answer.member(PspmDevice)
+@ends.device_answer.member(ModulatedSpring)
 def _aim(
-    s: PspmDevice, end: ends.DeviceEnd, came: ends.FromServer, p: DeviceEndParams
-) -> PspmDevice:
-    spring = taken_in(s.spring, came.received_j)
-    if came.silent:
-        return PspmDevice(spring_let_go(spring, end.x), False)
-    return PspmDevice(aimed(spring, came.wave, end.x, p.law), True)
+    s: ModulatedSpring, end: ends.DeviceEnd, came: ends.FromServer, p: DeviceEndParams
+) -> ModulatedSpring:
+    s = taken_in(s, came.received_j)
+    s = spring_let_go(s, end.x) if came.silent else aimed(s, came.wave, end.x, p.law)
+    return s._replace(placed=not came.silent)
 
 
-@ends.device_force.member(PspmDevice)
-def _force(s: PspmDevice, end: ends.DeviceEnd, p: DeviceEndParams) -> tuple[PspmDevice, Vector]:
-    pull = scaled(minus(end.x, s.spring.q), p.law.stiffness)
-    return s, plus(scaled(end.xd, p.law.damping), pull) if s.coupled else zero(end.x)
+@ends.device_force.member(ModulatedSpring)
+def _force(
+    s: ModulatedSpring, end: ends.DeviceEnd, p: DeviceEndParams
+) -> tuple[ModulatedSpring, Vector]:
+    pull = scaled(minus(end.x, s.q), p.law.stiffness)
+    return s, plus(scaled(end.xd, p.law.damping), pull) if s.placed else zero(end.x)
 
 
 @accounts.member(ModulatedSpring)
 def _of_spring(s: ModulatedSpring, p: Pspm) -> Vector:
     return (s.tank_j, s.spring_j)
-
-
-@accounts.member(PspmDevice)
-def _of_device(s: PspmDevice, p: Pspm) -> Vector:
-    return _of_spring(s.spring, p)
 
 
 @released_brake.member(ModulatedSpring)

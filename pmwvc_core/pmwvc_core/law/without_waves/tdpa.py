@@ -49,10 +49,10 @@ class Observer(NamedTuple):
     received_j: float = 0.0
 
 
-class TdpaDevice(NamedTuple):
-    """The device's end."""
+class TdpaEnd(NamedTuple):
+    """Either end."""
 
-    force: Vector  # as last received [N]
+    force: Vector  # as last received [N]; none at the avatar
     observer: Observer = Observer()
     damping: float = 0.0  # of the controller [N s/m]
 
@@ -79,8 +79,8 @@ def observed(s: Observer, energy_j: float, dissipated_j: float, allowed_j: float
     )  # fmt: skip
 
 
-@ends.device_moved.member(TdpaDevice)
-def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> TdpaDevice:
+@ends.device_moved.member(TdpaEnd)
+def _moved(s: TdpaEnd, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndParams) -> TdpaEnd:
     """Book the work of the force held until here; the local damper is not the link's."""
     way = minus(x, was.x)
     drag = dot(was.xd, way)
@@ -89,23 +89,19 @@ def _moved(s: TdpaDevice, was: DeviceEnd, x: Vector, xd: Vector, p: DeviceEndPar
     return s._replace(observer=observed(s.observer, given_j, dissipated_j, dissipated_j))
 
 
-@ends.device_sends.member(TdpaDevice)
-def _send(
-    s: TdpaDevice, end: DeviceEnd, frame_s: float, p: DeviceEndParams
-) -> tuple[TdpaDevice, Sent]:
+@ends.device_sends.member(TdpaEnd)
+def _send(s: TdpaEnd, end: DeviceEnd, frame_s: float, p: DeviceEndParams) -> tuple[TdpaEnd, Sent]:
     return s, Sent(end.xd, end.x, s.observer.in_j, (), 0)
 
 
-@ends.device_answer.member(TdpaDevice)
-def _answer(
-    s: TdpaDevice, end: DeviceEnd, came: ends.FromServer, p: DeviceEndParams
-) -> TdpaDevice:
+@ends.device_answer.member(TdpaEnd)
+def _answer(s: TdpaEnd, end: DeviceEnd, came: ends.FromServer, p: DeviceEndParams) -> TdpaEnd:
     force = zero(came.wave) if came.silent else came.wave
     return s._replace(force=force, observer=informed(s.observer, came.received_j))
 
 
-@ends.device_force.member(TdpaDevice)
-def _force(s: TdpaDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[TdpaDevice, Vector]:
+@ends.device_force.member(TdpaEnd)
+def _force(s: TdpaEnd, end: DeviceEnd, p: DeviceEndParams) -> tuple[TdpaEnd, Vector]:
     """Return the force received and that of both dampers [N]."""
     xd, square, needed = end.xd, squared(end.xd), 0.0
     if square > LEAST:
@@ -116,20 +112,15 @@ def _force(s: TdpaDevice, end: DeviceEnd, p: DeviceEndParams) -> tuple[TdpaDevic
     return s._replace(damping=damping), f
 
 
-@accounts.member(Observer)
-def _of_observer(s: Observer, p: Tdpa) -> Vector:
-    return (s.dissipated_j, s.allowance_j)
-
-
-@accounts.member(TdpaDevice)
-def _of_device(s: TdpaDevice, p: Tdpa) -> Vector:
-    return _of_observer(s.observer, p)
+@accounts.member(TdpaEnd)
+def _of_end(s: TdpaEnd, p: Tdpa) -> Vector:
+    return s.observer.dissipated_j, s.observer.allowance_j
 
 
 @ends.avatar_moved.member(Tdpa)
-def _slid(p: Tdpa, kept: Observer, step: ends.AvatarStep) -> tuple[Observer, AvatarAnswer]:
+def _slid(p: Tdpa, s: TdpaEnd, step: ends.AvatarStep) -> tuple[TdpaEnd, AvatarAnswer]:
     """Arrive where the last step led, form the force, choose the velocity from here."""
-    observer, body, h = informed(kept, step.received_j), step.body, step.period_s
+    observer, body, h = informed(s.observer, step.received_j), step.body, step.period_s
     contact, lost_j = slid(step.contact, scaled(step.xd_s, h))
     x_s = plus(body.x, offset_of(contact))
     rate = minus(step.wave, body.xd)
@@ -140,4 +131,5 @@ def _slid(p: Tdpa, kept: Observer, step: ends.AvatarStep) -> tuple[Observer, Ava
         xd = minus(xd, scaled(f, overdraft_j(observer, h * dot(f, xd)) / (h * size)))
     observer = observed(observer, h * dot(f, xd), excess_j, 0.0)
     lost_j += h * contact_heat(contact, rate)
-    return observer, AvatarAnswer(Moved(x_s, xd, f, contact, lost_j), f, (), observer.in_j)
+    answer = AvatarAnswer(Moved(x_s, xd, f, contact, lost_j), f, (), observer.in_j)
+    return s._replace(observer=observer), answer

@@ -188,7 +188,7 @@ def _sent(
 ) -> None:
     """Start a frame: its packet leaves."""
     s = at[0]
-    sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns)
+    sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns, False)
     user, packet, _ = send(s.user, now_ns, sample, False, p.user)
     write(packet, 2 * number, packets)
     at[0] = s._replace(user=begin(user, tick, p.user))
@@ -216,7 +216,7 @@ def _ran(
         device, acts = s.device, s.acts or s.user.limits.ready
         # The hand is in touch with the device itself, not with its encoder.
         hand, f_h = hand_force(s.hand, device.x, device.xd, acts, p.hand)
-        sample = Sample(device.read_x, device.read_xd, True, now_ns)
+        sample = Sample(device.read_x, device.read_xd, True, now_ns, False)
         user, f_m, f = user_tick(s.user, tick, now_ns, sample, None, p.user)
         shown = sample.x, sample.xd, f_h, f_m, f, *port_signals(user.port)
         for k in range(len(shown)):
