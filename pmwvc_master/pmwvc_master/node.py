@@ -72,8 +72,7 @@ class Master:
         device = f"device {settings.device.plugin}"
         node.get_logger().info(f"{rates} per second; {device}; waiting for the server")
         self._late = 0  # late samples when last looked
-        link = "wave_down", "wave_up", self.loop.protocol.inbox
-        links = {f"{settings.name}/down": link}
+        links = {f"{settings.name}/down": ("wave_down", "wave_up", self.loop.protocol.inbox)}
         self._watch = Watch(node, self.loop, links=links, reception="reception", epoch=epoch)
         node.create_service(Trigger, "~/rearm", self._rearm)
         node.create_service(SetBool, "~/clutch", self._clutch)

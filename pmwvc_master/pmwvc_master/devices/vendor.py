@@ -64,7 +64,7 @@ class VendorDevice(ABC, Generic[P]):
         known_sizes = known.workspace_m, known.encoder_step_m
         self.info = DeviceInfo(
             p.model, AXES, *known_forces, None, *known_sizes, "estimated",
-            axes=self.axes, buttons=self.buttons,
+            axes=self.axes, buttons=self.buttons, max_torque=known.max_torque_n_m,
         )  # fmt: skip
         zero = self._zero = np.zeros(AXES)
         self._sample = DeviceSample(zero, zero, zero, valid=False)
