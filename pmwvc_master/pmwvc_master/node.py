@@ -64,9 +64,8 @@ class Master:
         self.device.open()
         master = settings.master
         if has_waves(settings.controller):
-            for text in warnings_of(
-                master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
-            ):
+            rate_drop = master.rate_drop
+            for text in warnings_of(master.filter, tick_s=master.tick_s, rate_drop=rate_drop):
                 node.get_logger().warning(text)
         rates = f"{1.0 / master.tick_s:.0f} force ticks and {1.0 / master.frame_s:.0f} packets"
         device = f"device {settings.device.plugin}"

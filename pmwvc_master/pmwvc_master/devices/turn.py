@@ -12,9 +12,9 @@ from pmwvc_core.transport.orientation import unit
 class Turn:
     """A handle that turns: its way with a lever [m], and its orientation x y z w."""
 
-    def __init__(self, lever_m: float) -> None:
+    def __init__(self, lever_m: float, orientation: tuple[float, ...] = ()) -> None:
         self.way, self.lever_m = np.zeros(3), lever_m
-        self.orientation: tuple[float, ...] = ()
+        self.orientation = orientation
 
     def add(self, quaternion: Sequence[float]) -> bool:
         """Take an orientation, a unit quaternion x y z w; tell whether it was one."""
