@@ -42,6 +42,8 @@ class BodyParams(Validated):
 
     friction: float = fixed(0.6, "0..5", "mu of pads and table, Coulomb")
     pad_m: float = fixed(0.01, "> 0 m", "radius of a pad, which touches at three points")
+    width_m: float | None = fixed(None, "> 0 m", "along axis 1 (null: server.object_size_m)")
+    height_m: float | None = fixed(None, "> 0 m", "along axis 2 (null: server.object_size_m)")
     gravity: float = fixed(9.81, "0..100 m/s^2", "acceleration by its weight")
 
 
@@ -72,7 +74,7 @@ class ServerParams(Validated):
     store_j: float = fixed(0.01, "0..0.1 J", "E0 of a playout, lent once (strict channel)")
     object_mass: float = parameter(2.0, "0.001..1000 kg", "mass of the shared object")
     object_damping: float = parameter(0.0, "0..100000 N s/m", "damping of the object to ground")
-    object_size_m: float = fixed(0.06, "> 0 m", "edge length of the cube")
+    object_size_m: float = fixed(0.06, "> 0 m", "edge of the cube; of a box, along axis 0")
     decoding: str = fixed(
         "secant",
         DECODINGS,
@@ -91,9 +93,7 @@ class ServerParams(Validated):
     tank_cap_j: float = fixed(0.25, ">= 0 J", "ledger: largest tank, no stored energy known")
     scene: str = fixed("", "-", "environment mujoco: the scene, an MJCF file")
     finger_m: float = fixed(0.01, "> 0 m", "radius of a user's finger in a scene")
-    handles: str = fixed(
-        "", "-", "bodies of the scene that users hold, by commas, in place of fingers"
-    )
+    handles: str = fixed("", "-", "bodies of it that users hold, by commas, in place of fingers")
     settle: bool = fixed(False, "-", "let a scene fall for 2 s first, where bodies overlap")
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
