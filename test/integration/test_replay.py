@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PoseStamped
 from support.processes import ros
 from support.sessions import ROOT, Running
 
@@ -140,7 +140,7 @@ def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tm
     words = [word for setting in settings for word in ("--set", setting)]
     with Running(folder, "carry_16ms", "--duration", 250, *words) as session:
         with ros(domain=session.domain()) as peer:
-            target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
+            target = peer.node.create_publisher(PoseStamped, "/user1/hand/target", WAVE_QOS)
             peer.until(lambda: target.get_subscription_count() >= 2)  # master and recorder
             drag(peer, target)
         session.process.send_signal(signal.SIGINT)
@@ -165,8 +165,8 @@ def drag(peer, target):
     for count in range(200):
         seen = len(blocks)
         peer.until(lambda: len(blocks) >= seen + 2)  # noqa: B023
-        message = PointStamped()
-        message.point.x = -0.03 + 0.008 * min(1.0, count / 120)
+        message = PoseStamped()
+        message.pose.position.x = -0.03 + 0.008 * min(1.0, count / 120)
         target.publish(message)
         if count == 75:
             stiff = {"server.contact_stiffness": 1500.0}
