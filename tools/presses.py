@@ -116,25 +116,24 @@ RUNS = (
     Presses(2000.0, press_s=2.5, settings=()),
 )
 COLUMNS = (
-    *("wall [N/m]", "press", "E0", "presses", "stiffness in press 1, 10, 100, 600 or last [N/m]"),
-    *("energy left [mJ]", "minimum energy balance", "verdict"),
+    *("wall [N/m]", "press", "presses", "stiffness in press 1, 10, 100, 600 or last [N/m]"),
+    *("energy left [mJ]", "minimum energy balance [mJ]"),
 )
 TEXT = """# Presses
 
 How long does the initial stored energy of position feedback last? {description}
+
 `make presses` writes this page (some ten minutes of computing).
 
 ![Remaining stored energy, and rendered stiffness of the wall](images/presses.svg)
 
 {table}
 
-Slow presses on a wall of stiffness K take K tau (K/(sqrt(2b) K_p) - 1) times the integral of
-xd^2 from the stored energy, and return as much where K < sqrt(2b) K_p
-([theory, 17.17](theory.md#17-the-strict-channel)). K_p adapts between 0.5 and 1 sqrt(2b)/tau, so
-some energy remains up to K = 2b/tau, the stiffness of the link: {link:.0f} N/m here. On a stiffer
-wall slow presses exhaust it; a larger gain would make light contacts oscillate. From then on the
-feedback uses only what each press returns, and the port stays passive. Quick presses return more
-than they take.
+The hand port was passive in {passive} of {count} sessions. Slow presses take or return energy by
+[theory, 17.17](theory.md#17-the-strict-channel). K_p adapts, so some energy remains up to
+K = 2b/tau, the stiffness of the link: {link:.0f} N/m here. On a stiffer wall slow presses exhaust
+it. From then on the feedback uses only the energy that each press returns, and the port stays
+passive. Quick presses return more than they take.
 """
 
 
@@ -147,12 +146,10 @@ def row(run: Presses, found: Found) -> str:
     cells = (
         f"{run.stiffness:.0f}",
         f"{run.force_n:g} N in {run.press_s:g} s",
-        f"{1e3 * LOAN_J:g} mJ" if run.settings else "none, no feedback",
         f"{count}",
         felt,
-        left if run.settings else "-",
-        f"{1e3 * found.least_j:.2f} mJ",
-        "passive" if found.passive else "NOT passive",
+        left if run.settings else "without feedback",
+        f"{1e3 * found.least_j:.2f}",
     )
     return f"| {' | '.join(cells)} |"
 
@@ -171,6 +168,8 @@ def main() -> int:
         description=description,
         table="\n".join([*head, *(row(*each) for each in results)]),
         link=2.0 * b / tau_s,
+        passive=sum(found.passive is True for _, found in results),
+        count=len(results),
     )
     PAGE.write_text(text, "utf-8")
     draw(results)

@@ -31,7 +31,7 @@ Scenario files, `--set`, ROS parameters and reports use the same dotted names:
 ```
 
 The heading of a table begins the names in it: `period_s` below `server` is `server.period_s`. A range has the unit of its
-parameter, or the words to choose from. *Fixed* parameters cannot change once a node runs. `make docs` writes this page.
+parameter, or the words to choose from. Parameters with a star cannot change once a node runs. `make docs` writes this page.
 
 ## What all users share
 """
@@ -43,15 +43,15 @@ EACH_USER = """
 MASTERS_HEAD = """
 ## Impedances by name: `master.preset`
 
-`master: {preset: light}` in a scenario file or `--set user2.master.preset=firm` sets these, on the strict channel;
-[which one](tuning.md#two-impedances). Settings given beside it win.
+`master: {preset: light}` in a scenario file or `--set user2.master.preset=firm` sets these, on the strict channel
+([comparison](tuning.md#two-impedances)). Other settings beside it take precedence.
 
 """
 NETWORKS_HEAD = """
 ## Networks by name: `link.preset`
 
 A preset sets a whole link: `link: {preset: lte}` in a scenario file, `--set user2.link.down.preset=geo`, or `preset` of
-the emulator node. Settings given beside it win. "Estimate" marks values without a measurement.
+the emulator node. Other settings beside it take precedence. "Estimate" marks values without a measurement.
 
 | name | conditions | basis |
 |---|---|---|
@@ -68,17 +68,23 @@ def parameters_page() -> str:
         reference_page(shared),
         EACH_USER,
         reference_page(each),
-        MASTERS_HEAD
-        + "\n".join(
-            f"* `{name}`: " + ", ".join(f"`{each}={json.dumps(v)}`" for each, v in preset.items())
-            for name, preset in ports.MASTERS.items()
-        ),
+        MASTERS_HEAD + _masters(),
         NETWORKS_HEAD
         + "\n".join(
             f"| `{name}` | {_both(_link(preset.up), _link(preset.down))} | {preset.basis} |"
             for name, preset in PRESETS.items()
         ),
     )
+
+
+def _masters() -> str:
+    """Return a table, one column a preset."""
+    names = dict.fromkeys(each for preset in ports.MASTERS.values() for each in preset)
+    rows = [
+        [f"`{each}`", *(json.dumps(p[each]) for p in ports.MASTERS.values())] for each in names
+    ]
+    head = [["", *(f"`{name}`" for name in ports.MASTERS)], ["---"] * (1 + len(ports.MASTERS))]
+    return "\n".join(f"| {' | '.join(row)} |" for row in head + rows)
 
 
 def _both(up: str, down: str) -> str:
@@ -101,11 +107,11 @@ def docs_table(declarations: Mapping[str, Spec]) -> str:
         "| "
         + " | ".join(
             (
-                f"`{name}`",
+                f"`{name}`" + ("\\*" if spec.read_only else ""),
                 "(required)" if spec.default is NO_DEFAULT else _default_text(spec.default),
                 _cell(spec.range_text().removeprefix("one of "))
                 + (", whole" if spec.kind is int else ""),
-                _cell(spec.description) + ("; fixed" if spec.read_only else ""),
+                _cell(spec.description),
             )
         )
         + " |"

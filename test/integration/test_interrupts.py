@@ -79,7 +79,7 @@ def test_an_interrupt_while_the_modules_of_a_node_load_ends_it():
     assert "Traceback" not in said
 
 
-@pytest.mark.parametrize("nodes", [0, 2, 5])
+@pytest.mark.parametrize("nodes", [0, 4])
 def test_an_interrupt_while_nodes_start_is_one_line_and_leaves_none(tmp_path, nodes):
     with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
         session.await_line("ROS_DOMAIN_ID")

@@ -3,22 +3,68 @@
 """The settings that server and master make of their parameters."""
 
 import contextlib
+import re
 
 import pytest
 from rclpy.parameter import Parameter
-from support.processes import ros
+from support.processes import refused, ros
 
+from pmwvc_analysis import recorder_node
 from pmwvc_bringup.session import plan
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.runtime.process import refuse_undeclared
 from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_master import node as master
 from pmwvc_master.settings import declare_settings as declare_master
+from pmwvc_netem import node as netem
+from pmwvc_server import node as server
 from pmwvc_server.settings import declare_settings as declare_server
 
 pytestmark = [pytest.mark.integration]
 
+WRONG = {
+    master: [
+        ({"device.plugin": "glove"}, r"'glove': not installed; there are: .*simulated"),
+        ({"device.mass": -1.0}, r"device.mass = -1.0: must be > 0 kg"),
+        (
+            {"master.velocity_filter.kind": "exact", "master.velocity_filter.share": 0.99},
+            r"share = 0.99: no high-pass filter of order 2",
+        ),
+        ({"device.mas": 1.0}, r"device.mas: there is no such parameter; did you mean device.mass"),
+        ({"side": 0}, r"side = 0: must be -1 or 1"),
+        ({"dof": 9}, r"dof = 9: must be 1..6"),
+        ({"operator.kind": "playback_force", "operator.file": "/nowhere.csv"}, r"/nowhere.csv"),
+    ],
+    server: [
+        ({"server.object_mass": -2.0}, r"server.object_mass = -2.0: must be 0.001..1000 kg"),
+        (
+            {"server.coupling": "explicit"},
+            r"server.coupling = 'explicit': must be one of implicit",
+        ),
+        ({"users": ["user1", "user1"]}, r"users: 'user1' is there twice"),
+        ({"user1.server.contact_stifness": 1.0}, r"did you mean user1.server.contact_stiffness"),
+        ({"controller": "magic"}, r"controller = 'magic': must be one of pmwvc, direct"),
+    ],
+    netem: [
+        ({"link.up.loss": 2.0}, r"^netem: link\.up\.loss = 2\.0: must be 0\.\.1; 2 % is 0\.02$"),
+        ({"link.up.los": 0.5}, r"^netem: link\.up\.los: .* did you mean link\.up\.loss\?$"),
+        ({"preset": "wifi_god"}, r"^netem: preset = 'wifi_god': must be one of "),
+        ({"users": ["a b"]}, r"^netem: users: 'a b' must be letters, digits and _, beginning"),
+        ({"users": ["a", "a"]}, r"^netem: users: 'a' is there twice$"),
+        ({"link_names": ["a"]}, r"^netem: link_names: there is no such parameter"),
+        ({"link.up.jitter": "trace", "link.up.trace_file": "/no/such"}, r"/no/such: cannot be"),
+    ],
+    recorder_node: [
+        ({"folder": ""}, "folder is empty"),
+        ({"users": ["user 1"]}, "users: 'user 1' must be"),
+        ({"reserve_mib": -1}, "reserve_mib = -1"),
+        ({"folders": "x"}, "folders"),
+    ],
+}
+# Masters are by name the first of a session, recorders have a folder.
+USER = {master: ("-r", "__ns:=/user1")}
 SCENARIO = {
     "name": "unequal",
     "duration_s": 1.0,
@@ -155,3 +201,13 @@ def test_a_deadband_needs_the_strict_channel_and_packets_before_the_silence(uneq
         with node(unequal[1][kind] | given | {f"{name}.kind": "weber"}) as made:
             with pytest.raises(ParameterError, match=words):
                 declared(kind, made)
+
+
+@pytest.mark.parametrize(
+    ("node", "values", "text"), [(node, *row) for node, rows in WRONG.items() for row in rows]
+)
+def test_a_wrong_setting_ends_a_node_with_one_clear_line_and_code_2(tmp_path, node, values, text):
+    if node is recorder_node:
+        values = {"folder": str(tmp_path / "a"), "users": ["user1"]} | values
+    line = refused(node.main, values, arguments=USER.get(node, ()))
+    assert re.search(text, line)

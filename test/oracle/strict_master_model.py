@@ -215,7 +215,9 @@ class MasterModel:
             )
             self.node_j += self.withheld_j - held
             self.withheld_j = held
-        self.node_j += self.wave.surplus(lasts_s, asked_for=self.asked_for)
+        self.node_j += self.wave.surplus(
+            lasts_s, asked_for=self.asked_for, of_e0=self.unpaid > 5e-4
+        )
         own_j = self.node_j - self.spring.stored_j
         paid_j = max(min(own_j, needs_j), own_j - KEPT_J, 0.0)
         if counts:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """A second model of a playout of the strict channel, written from theory.md section 17 (17.1 to
-17.3, 17.14, 17.18, 17.19, 17.25, 17.27 to 17.29) and nothing else.
+17.3, 17.14, 17.18, 17.19, 17.25, 17.27 to 17.30) and nothing else.
 
 Everything is kept on the sender's own axis of time: a polygon U(s) of the integral that arrived,
 and the moment ``played`` up to which it was given out. Signals are arrays of ``dof`` numbers.
@@ -97,10 +97,11 @@ class PlayedWave:
         self.passed_j += given
         return given
 
-    def surplus(self, lasts_s, *, asked_for):
+    def surplus(self, lasts_s, *, asked_for, of_e0=False):
         if not asked_for:
             return 0.0
-        return self.hand_out(max(self.free_j - self.wants_j, 0.0) * min(lasts_s / 0.1, 1.0))
+        most_j = max(self.free_j - self.wants_j, 0.0) * min(lasts_s / 0.1, 1.0)
+        return self.hand_out(most_j, keeps_j=min(self.keeps_j, 0.0) if of_e0 else 0.0)
 
     # -- arrivals -----------------------------------------------------------------------------
     @property
@@ -123,8 +124,13 @@ class PlayedWave:
             self.shift_s -= ahead_s * min(lasts_s / 0.4, 1.0)
         self.already_came = True
         concealed = self.line.end > 0.0 and ahead_s > 0.0
-        least_j = self.raised * float(change @ change) / (2.0 * lasts_s)
-        self.line.extend(change, lasts_s, min(least_j, paid_j))
+        least_j = float(change @ change) / (2.0 * lasts_s)
+        covered_j = paid_j + max(self.free_j - paid_j, 0.0)
+        if least_j > covered_j + self.e0_j * lasts_s / (30 * MS):  # 17.30
+            paid = change * math.sqrt(paid_j / least_j)
+            self._owe(change - paid)
+            change, least_j = paid, paid_j
+        self.line.extend(change, lasts_s, min(self.raised * least_j, paid_j))
         self.newest_wave, self.quiet_s = change / lasts_s, 0.0
         if not concealed:
             return

@@ -97,12 +97,6 @@ class Receiver:
     def silent(self, now_ns):
         return self.last is None or now_ns - self.at_ns > self.silence_ns
 
-    def asks_for_proof(self, now_ns):
-        """Whether a sender comes that may be followed once it has shown that it is alive."""
-        if self.stranger_ns is None or now_ns - self.stranger_ns > self.silence_ns:
-            return False
-        return self.silent(now_ns) or bool(self.last.flags & 2)
-
     def unheard(self, now_ns):
         since = self.unheard_since
         return since is not None and self.at_ns - since > self.silence_ns

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from pmwvc_core.transport.packet import (
     FLAG_ANEW,
-    FLAG_LEAVING,
     FLAG_SHORT,
     FLAG_WAITING,
     LEVEL_BITS,
@@ -30,12 +29,12 @@ FALSE += (("integral", np.inf), ("wave", 1e3), ("wave", np.nan), ("period", -1.0
 class Sender:
     """Packets every ``every`` ticks of ``tick_ns``; ``now`` and all arguments are in ticks."""
 
-    def __init__(self, network, rng, *, dof, every, tick_ns, ends, places=True):
+    def __init__(self, network, rng, *, dof, every, tick_ns, ends):
         self.network, self.rng, self.dof, self.every = network, rng, dof, every
-        self.tick_ns, self.places = tick_ns, places
+        self.tick_ns = tick_ns
         self.epoch = 11
         self.under_way = []
-        self.mean = self.push = np.zeros(dof)
+        self.mean = np.zeros(dof)
         begun = np.sort(rng.uniform(0.2 * ends, ends, len(network["outages_s"])))
         lasts = [s / (tick_ns * 1e-9) for s in network["outages_s"]]
         self.outages = [(a, a + b) for a, b in zip(begun, lasts, strict=True)]
@@ -51,14 +50,14 @@ class Sender:
         self.begin()
         self.outages.append((now, now + gone))
 
-    def send(self, now, echo_ns, position, *, leaving=False):
+    def send(self, now, echo_ns, position):
         network, rng = self.network, self.rng
         period = self.every * self.tick_ns * 1e-9
         if now % (40 * self.every) == 0:
-            self.mean = self.push + network["wave"] * rng.normal(size=self.dof)
+            self.mean = network["wave"] * rng.normal(size=self.dof)
             self.share = rng.uniform(0.5, 1.5) * network["paid"]
         if rng.random() < 0.02:
-            self.flags ^= FLAG_ANEW if self.places and rng.random() < 0.5 else FLAG_WAITING
+            self.flags ^= FLAG_ANEW if rng.random() < 0.5 else FLAG_WAITING
         if rng.random() < 0.02:
             self.level = int(rng.integers(256))
         wave = self.mean + 0.1 * network["wave"] * rng.normal(size=self.dof)
@@ -77,10 +76,7 @@ class Sender:
             self.energy,
             form(position),
             *(1, echo_ns, 0),
-            flags=self.flags
-            | (FLAG_LEAVING if leaving else 0)
-            | (FLAG_SHORT if asks else 0)
-            | self.level << LEVEL_BITS,
+            flags=self.flags | (FLAG_SHORT if asks else 0) | self.level << LEVEL_BITS,
         )
         if network["hostile"] and rng.random() < 0.05:
             name, value = FALSE[rng.integers(len(FALSE))]
@@ -89,7 +85,7 @@ class Sender:
                 self.energy += value * (name == "energy")
                 self.integral = self.integral + value * (name == "integral")
         out = any(begin <= now < end for begin, end in self.outages)
-        if out or (rng.random() < network["loss"] and not leaving):
+        if out or rng.random() < network["loss"]:
             return
         ticks = int(rng.integers(1, 60)) if rng.random() < network["late"] else 0
         self.under_way.append((now + ticks, packet))

@@ -156,11 +156,3 @@ def test_a_loan_of_position_feedback_adds_no_mass_and_no_damping_in_free_space(s
     found = free_space(load("carry_16ms", settings_texts=[*settings, *lent]))
     assert found.mass_kg == pytest.approx(without.mass_kg, rel=0.01)
     assert found.damping_n_s_m == pytest.approx(without.damping_n_s_m, abs=0.02)
-
-
-def test_a_loan_of_position_feedback_renders_the_wall_itself():
-    lent = ("master.position.gain=20", "master.position.storage_j=0.02")
-    wall = ("channel=strict", "link.delay_s=0.016", "server.contact_stiffness=1000")
-    assert pressed_stiffness(load("wall", settings_texts=wall)) < 700.0
-    found = pressed_stiffness(load("wall", settings_texts=[*wall, *lent]))
-    assert found == pytest.approx(1000.0, rel=0.01)

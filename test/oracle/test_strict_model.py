@@ -68,7 +68,7 @@ def settled(scenario):
 
     def clocked(s, pace):
         playout = s.arrivals.playout
-        stored = add(playout, zero(playout.undelivered), 0.0, STORE_S)
+        stored = add(playout, zero(playout.undelivered), 0.0, STORE_S, 0.0)
         return s._replace(arrivals=s.arrivals._replace(playout=stored._replace(pace=pace)))
 
     def give(batch):

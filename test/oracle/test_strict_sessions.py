@@ -30,14 +30,6 @@ DISTURBED = {
     "loss, short silence": ("link.loss=0.05", "safety.timeout_s=0.03"),
 }
 LOSS = ("link.loss=0.1",)
-WILD = (
-    "link.delay_s=0.03",
-    "link.jitter=normal",
-    "link.jitter_s=0.02",
-    "link.loss=0.15",
-    "link.duplicate=0.1",
-    "link.keep_order=false",
-)
 
 
 def ran(channel, *settings, duration_s=10.0, out=()):
@@ -97,16 +89,6 @@ def test_a_disturbed_link_neither_drifts_nor_kicks(name):
     assert inconsistencies(traces, scenario) == []
 
 
-def test_a_wild_link_is_passive_and_the_plain_channel_is_not():
-    least = {}
-    for channel in ("plain", "strict"):
-        _, traces, scenario = ran(channel, *WILD, "seed=2", duration_s=10.0)
-        energies = user_energies(traces, scenario)
-        least[channel] = min(map(least_j, energies))
-    assert least["strict"] >= LEAST_J
-    assert least["plain"] < 10.0 * LEAST_J
-
-
 def test_the_force_starts_from_zero_only_behind_a_restart_or_a_release():
     batch, traces, _ = ran("strict", "safety.release_s=1", duration_s=8.0, out=[(4.0, 5.8)])
     user = traces.users[0]
@@ -128,34 +110,6 @@ def test_position_feedback_paid_by_the_node_brings_device_and_avatar_together():
             assert energy.joint.minimum_j < 0.0  # the loan is used
     _, none, _ = ran("strict", *LOSS, duration_s=8.0)
     assert apart_m(none, 0)[-500:].mean() > 1e-3
-
-
-def test_presses_do_not_drain_the_loan():
-    press = [
-        *("link.delay_s=0.016", "server.contact=bilateral", "server.contact_stiffness=500"),
-        *("operator.kind=sinusoid", "operator.frequency_hz=0.4", "operator.force=1.5"),
-        *("device.damping=2", "master.position.adapts=true", "master.position.storage_j=0.005"),
-    ]
-    level = {}
-    for channel, account in (("strict", "node"), ("plain", "position_surplus")):
-        texts = [f"channel={channel}", *press]
-        scenario = files.load("wall", settings_texts=texts, duration_s=24.0)
-        batch = SteppedSession(scenario)
-        batch.run(lambda _: None)
-        values = batch.traces().users[0].accounts[account]
-        level[channel] = [part.mean() for part in np.array_split(values, 4)]
-    assert level["strict"][-1] >= 0.0045
-    assert level["strict"][-1] >= level["strict"][1] - 1e-4
-    assert level["plain"][-1] < level["plain"][1] - 5e-4  # the control
-
-
-def test_users_and_server_may_have_rates_of_their_own_on_several_axes():
-    rates = ("dof=3", "user2.master.rate_drop=3", "server.period_s=0.005", "link.loss=0.05")
-    _, traces, scenario = ran("strict", *rates, duration_s=6.0)
-    for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
-        assert least_j(energy) >= LEAST_J
-        assert np.abs(user.f_applied[-1, 0]) > 1.0
-    assert budget(traces, scenario).closes
 
 
 def test_an_offset_is_predicted_where_packets_come_evenly_and_left_open_elsewhere():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The documentation names what exists."""
+"""The documentation names what exists; the page of parameters states what the checks know."""
 
 import importlib.util
 import re
@@ -8,8 +8,11 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from write_reference import group_table
 
 from pmwvc_bringup.scenarios import known
+from pmwvc_core.params import LinkParams, MasterParams, SafetyParams
+from pmwvc_core.params.names import leaves
 from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_core.traces import ServerTraces, UserTraces
 
@@ -58,3 +61,33 @@ def test_the_notation_names_signals_and_parameters_that_exist():
     assert named - traced == {"u_tx", "v_rx"}  # in packets, not in traces
     parameters = re.findall(r"`([a-z]+\.[\w.]+)`", rest.partition("## Glossary")[0])
     assert set(parameters) <= set(PARAMETERS)
+
+
+SECTIONS = {
+    "master": MasterParams,
+    "safety": SafetyParams,
+    "link.up": LinkParams,
+    "link.down": LinkParams,
+}
+
+
+def rows_of(table):
+    """Return the cells of each row, and whether it has a star, by the name in the first."""
+    lines = [line for line in table.splitlines() if line.startswith("| `")]
+    cells = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+    star = "\\*"
+    return {r[0].removesuffix(star).strip("`"): [*r[1:], r[0].endswith(star)] for r in cells}
+
+
+@pytest.mark.parametrize("prefix", SECTIONS)
+def test_every_parameter_has_a_row_with_its_range_unit_and_description(prefix):
+    kind = SECTIONS[prefix]
+    rows = rows_of(group_table(prefix, kind))
+    named = {name.removeprefix(f"{prefix}."): spec for name, spec in leaves(prefix, kind).items()}
+    assert list(rows) == list(named)
+    for name, spec in named.items():
+        default, allowed, description, starred = rows[name]
+        assert spec.range_text() in (allowed.removesuffix(", whole"), f"one of {allowed}")
+        assert (default == "null") == (spec.default is None)
+        assert allowed.endswith(", whole") == (spec.kind is int)
+        assert (description, starred) == (spec.description, spec.read_only)

@@ -55,7 +55,7 @@ def squeezed(made, squeeze, seconds, *, b=25.0, lift_m=0.0):
     return places
 
 
-@settings(max_examples=20, deadline=None, phases=[Phase.generate])  # to shrink takes minutes
+@settings(max_examples=12, deadline=None, phases=[Phase.generate])  # to shrink takes minutes
 @given(
     seed=st.integers(0, 2**32 - 1), users=st.integers(1, 4), dof=st.sampled_from([3, 6]),
     stiffness=st.floats(100.0, 1e6), damping=st.sampled_from([0.0, 1.0, 10.0, 100.0]),
@@ -68,7 +68,7 @@ def test_what_goes_in_is_held_or_heat_in_every_step(seed, users, dof, b, **value
     amplitude, phase = rng.uniform(0.0, 6.0, (users, dof)), rng.uniform(0.0, 6.3, (users, dof))
     bias = -4.0 * np.array([facing(side, dof) for side in SIDES[:users]])
     given_j, before_j, moved_j, heat_j = 0.0, made.energy, 0.0, 0.0
-    for step in range(120):
+    for step in range(80):
         drive = bias + amplitude * np.sin(10.0 * step * H + phase)
         v = made.meet(drive, np.full(users, b), H)
         power = (drive - b * v) * v
@@ -97,8 +97,9 @@ def test_a_point_makes_no_energy_whatever_its_motion(seed):
     rng = np.random.default_rng(seed)
     p, motion = points(rng, 40), rng.normal(0.0, 1e-3, (40, 3))
     scale_j = float(np.sum(p.stiffness) * 1e-6)
-    assert pressed(p, motion, H).heat_j > -1e-12 * scale_j
     force = pressed(p, motion, H)
+    after = p._replace(depth=p.depth - np.sum(p.normal * motion, axis=1), bristle=force.bristle)
+    assert np.sum(force.force * motion) - stored_j(after) + stored_j(p) > -1e-12 * scale_j
     cone = np.linalg.norm(force.force + force.pressing[:, None] * p.normal, axis=1)
     assert (cone <= p.friction * force.pressing + 1e-9).all()
     still = pressed(p._replace(damping=0.0 * p.damping), 0.0 * motion, H).force

@@ -79,7 +79,7 @@ def note_joins(step):
     return found
 
 
-@settings(max_examples=15)  # each a session
+@settings(max_examples=9)  # each a session
 @given(found=changes, network=networks, weber=st.booleans())
 def test_no_energy_and_no_displacement_comes_or_goes_when_rates_change(found, network, weber):
     batch, traces, scenario, joined = ran([*network, *(WEBER if weber else ())], found)

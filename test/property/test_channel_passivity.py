@@ -147,12 +147,3 @@ def test_a_first_order_hold_stores_a_quarter_of_what_its_last_ticks_would_carry(
         form -= s * np.outer(after, after)
         assert np.linalg.eigvalsh(form)[0] >= -1e-12 * ticks
     assert np.linalg.eigvalsh(form)[0] == pytest.approx(0.0, abs=1e-12 * ticks)
-
-
-def test_first_order_hold_that_starts_elsewhere_generates_energy():
-    held = Held("foh", ticks=FULL)
-    held.load(-1.0)
-    for _ in range(FULL):
-        held.step()
-    _, _, least = expand(held, [0.0], [FULL])
-    assert least < 0.0

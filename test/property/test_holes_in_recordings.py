@@ -14,7 +14,7 @@ from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
-LENGTH_S = 3.0
+LENGTH_S = 2.4
 KINDS = {
     "plain": ("channel=plain",),
     "strict, loss": ("link.loss=0.05", "link.jitter_s=0.004"),
@@ -42,7 +42,7 @@ def active(place, scenario):
 interval = st.tuples(st.floats(0.0, LENGTH_S), st.floats(0.0, LENGTH_S)).map(sorted)
 
 
-@settings(max_examples=4)
+@settings(max_examples=3)
 @example([("/user1/trace", [1.0, 2.0])])
 @given(st.lists(st.tuples(st.sampled_from(TRACES), interval), min_size=1, max_size=4))
 def test_a_hole_makes_nothing_active(recorded, tmp_path_factory, lacking):

@@ -84,7 +84,7 @@ def of_recording(traces):
 OTHERWISE = ("block_number", "epoch", "grid", "block_time_s")
 
 
-@settings(max_examples=12, deadline=None, phases=[Phase.explicit, Phase.generate])
+@settings(max_examples=7, deadline=None, phases=[Phase.explicit, Phase.generate])
 @given(schedule, st.floats(0.1, 0.9), st.integers(0, 1000), st.integers(1, 1000))
 def test_everything_recorded_comes_back_equal_and_its_replay_is_it(
     tmp_path_factory, changes, late, grid, seed

@@ -154,18 +154,6 @@ def test_beginning_anew_forgives_no_debt():
     assert playout.given_j + playout.released_j <= playout.received_j + 1e-12
 
 
-@given(st.floats(1.0, 1e9), st.integers(1, 6), st.integers(1, 20))
-def test_a_sender_that_claims_more_than_a_legal_wave_carries_adds_no_more(claim_j, dof, packets):
-    longest = 3.0
-    end, packer = receiver(dof, longest=longest), Packer(1, period=PERIOD_S)
-    rest = np.zeros(dof) if dof > 1 else 0.0
-    for k in range(packets + 1):
-        now_ns = k * 8_000_000
-        end.push(packer.pack(rest, rest, now_ns, energy=claim_j * k), now_ns)
-    legal_j = 0.5 * longest**2 * PERIOD_S * packets
-    assert end.moved.received_j == pytest.approx(min(claim_j * packets, legal_j))
-
-
 @pytest.mark.filterwarnings("ignore:overflow")
 @given(st.integers(1, 6), st.sampled_from((-1e308, -1.0, 0.1, 1e308)), st.integers(1, 20))
 def test_wild_sums_of_one_packet_move_and_pay_no_more_than_a_legal_wave(dof, wild, packets):

@@ -3,8 +3,10 @@
 """A fake of a vendor's library, made by the C compiler, and the variables that tests set."""
 
 import ctypes
+import functools
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -13,11 +15,22 @@ COMPILER = shutil.which("cc") or shutil.which("gcc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler for the fake library")
 
 
+@functools.cache
+def bytes_of(source, *options):
+    """Compile a file of this folder; return the library."""
+    flags = ["-shared", "-fPIC", "-pthread", *options]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "library.so"
+        subprocess.run(
+            [COMPILER, *flags, "-o", path, Path(__file__).with_name(source)], check=True
+        )
+        return path.read_bytes()
+
+
 def compiled(folder, source, name, *options):
     """Compile a file of this folder into a library of a name; return its path."""
-    path, source = folder / name, Path(__file__).with_name(source)
-    flags = ["-shared", "-fPIC", "-pthread", *options]
-    subprocess.run([COMPILER, *flags, "-o", path, source], check=True)
+    path = folder / name
+    path.write_bytes(bytes_of(source, *options))
     return path
 
 

@@ -170,11 +170,6 @@ def _by_how_much(
     return None
 
 
-def stored_differences(name: str) -> list[str]:
-    """Return how a session differs from what is stored of it."""
-    return differences(load(FOLDER / f"{name}.npz"), recorded(name), tolerance_of(name))
-
-
 def tolerance_of(name: str) -> float:
     """Return what a session may differ by, as a part of each signal's largest magnitude."""
     return SENSITIVE.get(name, TOLERANCE)

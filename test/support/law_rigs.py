@@ -162,7 +162,8 @@ class Port:
     def come(self, integral, energy_j, duration_s):
         """Take a segment of the strict channel in."""
         integral = vector(integral, self.axes)
-        self.playout = add(self.playout, integral, energy_j, duration_s)
+        store_j = self.p.arrivals.playout.store_j
+        self.playout = add(self.playout, integral, energy_j, duration_s, store_j)
 
     @property
     def playout(self):

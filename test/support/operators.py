@@ -96,3 +96,13 @@ def forces(made, ticks, x=0.0, xd=0.0):
 
 def device(mass, *, x=0.0, dof=1):
     return Device(DeviceParams(mass=mass, workspace_m=1e6), x=x, dof=dof)
+
+
+def held_j(grip_stiffness, grip_damping, w):
+    """Energy that a grip force held over a tick takes out, see plant/hand.py."""
+    return 0.25 * TICK_S * (grip_damping + grip_stiffness * TICK_S / 2) * w**2
+
+
+def pushes_of(seed, ticks=700):
+    """Return forces that wander."""
+    return np.random.default_rng(seed).normal(0.0, 3.0, ticks).cumsum() * 0.1

@@ -4,6 +4,8 @@
 alone between any waves.
 """
 
+import itertools
+
 import numpy as np
 
 from pmwvc_core.controllers.library import accounts_of_user
@@ -13,6 +15,7 @@ from pmwvc_core.law.port.port_filters import part_in, part_up
 from pmwvc_core.law.vectors import plus
 from pmwvc_core.law.wave.wave import along
 from pmwvc_core.params import BankParams, FilterParams, LocalModelParams, MasterParams
+from support.filter_runs import Stage
 from support.law_rigs import Port
 
 TICK_S = 0.001
@@ -75,3 +78,55 @@ def driven(port, motions, *, wave=0.0):
         x = x + TICK_S * xd
         forces.append(f)
     return np.array(forces)
+
+
+STILL = (0.0,)  # places of the device
+
+
+class Echo:
+    """A delay of ``delay`` >= 1 ticks and reflections that change: passive."""
+
+    def __init__(self, delay, reflections):
+        self._line, self._reflections = [0.0] * delay, itertools.cycle(reflections)
+
+    def step(self, u):
+        self._line = [*self._line[1:], u]
+        return next(self._reflections) * self._line[0]
+
+
+class AllPass:
+    """R = size (a + 1/z)/(1 + a/z), size <= 1: a passive environment of any phase."""
+
+    def __init__(self, a, size):
+        self._a, self._size, self._state = a, size, 0.0
+
+    def step(self, u):
+        y = self._a * u + self._state
+        self._state = u - self._a * y
+        return self._size * y
+
+
+class Waves:
+    """A part, an anti-aliasing filter and an environment that answers a tick later; any wave may
+    go out. ``kept`` is the energy that stayed so far, in (wave)^2.
+    """
+
+    def __init__(self, params, environment, filtering=None, axes=1):
+        self.part, self.environment = Part(params, axes=axes), environment
+        self.filter = Stage(filtering, rate_drop=1) if filtering else None
+        self.returned = self.kept = self.out = self.least = 0.0
+
+    def step(self, u, x=0.0):
+        """Send a wave with the device at x."""
+        v = self.part.down(self.returned + 0.0 * u)
+        v = v + self.part.offer(x)(u)
+        on = self.part.step(u)
+        self.returned = self.environment.step(self.filter.step(on) if self.filter else on)
+        self.out += np.dot(u, u)
+        self.kept += np.dot(u, u) - np.dot(v, v)
+        self.least = min(self.least, self.kept)
+
+    def run(self, waves, places=STILL):
+        for u, x in zip(waves, itertools.cycle(places), strict=False):
+            self.step(u, x)
+        return self

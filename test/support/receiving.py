@@ -93,16 +93,15 @@ class Playing:
         self.s = playout.ramped(playout.resting_playout((0.0,) * dof, Energies()), steps)
 
     def add(self, integral, energy_j, duration_s):
-        self.s = playout.add(
-            self.s, vector(integral, self.dof), float(np.ravel(energy_j)[0]), duration_s
-        )
+        of = vector(integral, self.dof), float(np.ravel(energy_j)[0]), duration_s
+        self.s = playout.add(self.s, *of, self.p.store_j)
 
     def step(self, h):
         self.s, wave = playout.play(self.s, h, self.p)
         return value(wave)
 
-    def spared(self, h, wanted):
-        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted), self.p)
+    def spared(self, h, wanted, beyond_j=0.0):
+        self.s, energy_j = arrivals.spared(self.s, h, bool(wanted), beyond_j, self.p)
         return energy_j
 
     def pass_by(self, lasted_s):

@@ -7,6 +7,15 @@ Energy is counted here, from forces and ways alone. The prescribed motion is a s
 each tick.
 """
 
+from benchmark.rivals import (
+    deadband_tdpa,
+    energy_bounding,
+    four_channel,
+    iss_damping,
+    model_mediated,
+    two_layer,
+)
+
 from pmwvc_core.controllers.plugged import AvatarStep, DeviceTick
 from pmwvc_core.law.channel.packet import no_packet
 from pmwvc_core.law.motion import Body
@@ -93,3 +102,26 @@ class RivalLink:
     def balance_j(self):
         """Energy put in at both ports: what the link has stored or dissipated."""
         return self.work_j - self.out_j
+
+
+RECORDS = {
+    record.name: (record, module)
+    for record, module in (
+        (two_layer.TWO_LAYER, two_layer),
+        (model_mediated.MODEL_MEDIATED, model_mediated),
+        (iss_damping.ISS_DAMPING, iss_damping),
+        (energy_bounding.ENERGY_BOUNDING, energy_bounding),
+        (four_channel.FOUR_CHANNEL_TDPA, four_channel),
+        (deadband_tdpa.DEADBAND_TDPA, deadband_tdpa),
+    )
+}
+K = 500.0  # [N/m] of the contact
+
+
+def made(name, **values):
+    record, _ = RECORDS[name]
+    return record, record.params(**values)
+
+
+def series(*stiffnesses):
+    return 1.0 / sum(1.0 / each for each in stiffnesses)

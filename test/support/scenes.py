@@ -33,3 +33,19 @@ def scene(file, users=2, **values):
     for user, side in enumerate(sides):
         made.join(user, np.array([0.0301 * side, 0.012 * (user // 2), 0.0]))
     return made
+
+
+def held(made, squeeze, seconds, *, b=8.0, rise_m=0.0, stiffness=300.0):
+    """Press with a squeeze [N], springs upwards; return places of the fingers and of the box."""
+    users, impedance = len(made.held), np.full(len(made.held), b)
+    x, v = np.zeros((users, 3)), np.zeros((users, 3))
+    places = []
+    for step in range(round(seconds / 0.008)):
+        lift_m = rise_m * min(max(step * 0.008 - 1.0, 0.0), 1.0)
+        wanted = np.array([0.0, 0.0, lift_m])
+        push = stiffness * (wanted - x) - 5.0 * v
+        push[:, 0] = [squeeze * (1 if user % 2 == 0 else -1) for user in range(users)]
+        v = made.meet(push + b * v, impedance, 0.008)
+        x = x + 0.008 * v
+        places.append((x.copy(), made.position.copy()))
+    return places

@@ -62,7 +62,7 @@ def unsearched() -> Iterator[None]:
     second, and of no verdict. Nothing of it is kept for those who ask for more.
     """
 
-    def nothing(scenario: Scenario, *, live: bool) -> stability.StabilityLimit:
+    def nothing(scenario: Scenario, **rest: Any) -> stability.StabilityLimit:
         return stability.StabilityLimit(None, stability.BOUND, [], "not searched")
 
     with pytest.MonkeyPatch.context() as patch:

@@ -121,10 +121,13 @@ def test_packets_that_an_outage_held_back_are_no_flood():
 
 
 def test_a_token_file_is_readable_by_its_owner_only_and_read_back(tmp_path):
+    """Whatever files are by default."""
     key = Token.of_session(secrets.token_bytes(32))
     for name, token in (("server", key), ("user1", key.of("user1"))):
         path = tmp_path / name
+        before = os.umask(0)
         write_token(path, token)
+        os.umask(before)
         assert stat.S_IMODE(os.stat(path).st_mode) == 0o600
         assert read_token(path) == token
         with pytest.raises(ParameterError, match="File exists"):

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from support import handmade
 
-from pmwvc_analysis.recording import clocks
 from pmwvc_analysis.recording.clocks import ECHO, ONE_HOST, align
 from pmwvc_analysis.verdicts.passivity import passivity
-from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.traces import FateTraces
 
 FRAME_NS = 8_000_000
@@ -136,17 +134,3 @@ def test_what_the_alignment_leaves_open_is_no_violation_and_no_proof():
     active = skewed(handmade.session(gain=1.2), 0.02)
     active.metadata["alignment"] = traces.metadata["alignment"]
     assert passivity(active, handmade.scenario(), None).passive("user1") is False
-
-
-def test_a_clock_that_is_set_over_and_over_bends_no_time_line():
-    monotonic = np.arange(1000, dtype=np.int64) * FRAME_NS
-    stamps = monotonic + 10**18 + np.where(np.arange(1000) % 7 < 3, 10**10, 0)
-    even = monotonic + clocks.offset_ns(monotonic, stamps)
-    assert set(np.diff(even)) == {FRAME_NS}
-
-
-@pytest.mark.parametrize("shift_s", [-1e4, -0.05, 5.0])
-def test_traces_on_other_time_lines_are_judged_without_a_crash(shift_s):
-    assert summary(skewed(handmade.session(duration_s=1.6), shift_s), handmade.scenario())[
-        "verdict"
-    ]

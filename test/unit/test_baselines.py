@@ -10,7 +10,7 @@ from support.packer import Packer
 
 from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, aimed, set_to
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.server import TdpaParams, VirtualCouplingParams
 
 BASELINES = ("direct", "virtual_coupling", "tdpa", "pspm")
 
@@ -141,13 +141,6 @@ class TestSetPointModulation:
         assert away.q == (0.0,) and away.tank_j == spring.tank_j
         beyond = aimed(spring, (0.02,), (0.01,), LAW)
         assert beyond.q[0] == pytest.approx(0.01) and beyond.tank_j > spring.tank_j
-
-    def test_at_rest_both_springs_and_the_contact_are_in_series(self):
-        params = PspmParams(stiffness=1000.0, initial_j=0.02)
-        link = still("pspm", stiffness=500.0, baseline=BaselineParams(pspm=params))
-        # The device hangs on the avatar, the avatar on the device: x_m - x_s at both.
-        assert link.force == pytest.approx(0.001 * 1000.0 * 500.0 / 1500.0, rel=1e-6)
-        assert link.server.f_s[0] == pytest.approx(link.force, rel=1e-6)
 
 
 @pytest.mark.parametrize("controller", BASELINES)

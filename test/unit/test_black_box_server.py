@@ -76,44 +76,6 @@ def test_a_wall_as_a_black_box_is_the_coupling_that_knows_it(
         assert other.energies["late_decoding"] == pytest.approx(0.0, abs=1e-12)
 
 
-class Soft:
-    """A soft body F = K d^(3/2) that may tell its slope."""
-
-    def step(self, position, velocity, dt):
-        return 3e4 * np.maximum(position + 0.03, 0.0) ** 1.5
-
-
-class SoftSloped(Soft):
-    def local(self, position, dt):
-        depth = np.maximum(position + 0.03, 0.0)
-        return 3e4 * depth**1.5, 4.5e4 * depth**0.5 * dt
-
-
-def test_with_its_slope_a_nonlinear_contact_is_met_nearly():
-    """What the line misses is late decoding; the force of the step before misses more."""
-    missed = []
-    for body in (Soft(), SoftSloped()):
-        server = make(around=body, compensation="none")
-        server.join(0, -0.03)
-        for n in range(400):
-            server.step([0.3 * np.sin(2.0 * np.pi * n / 100.0)])
-        missed.append(-server.energies["late_decoding"])
-    assert missed[0] > 0.0
-    assert abs(missed[1]) < 0.5 * missed[0]
-
-
-@pytest.mark.parametrize("contact", ["bilateral", "grip"])
-@pytest.mark.parametrize("dof", [1, 2])
-def test_heat_of_the_cube_as_a_black_box_only_grows(contact, dof):
-    server, lost = make(users=3, dof=dof, contact=contact, object_damping=2.0), 0.0
-    seat_all(server)
-    for wave in white(3, dof):
-        server.step(wave)
-        assert server.dissipated >= lost - 1e-13
-        lost = server.dissipated
-    assert server.stored > 0.0
-
-
 def test_a_soft_body_pushes_by_its_law():
     """Pressed with F it yields d = (F/K)^(1/n)."""
     server = make(environment="hunt_crossley", k=3000.0)

@@ -27,25 +27,13 @@ def pressed():
     return simulated("thesis_controlled_16ms", duration_s=4.0)
 
 
-EXACT = ("device.velocity=exact", "device.encoder_step_m=0.0")
-CHANGES = [  # others: oracle/test_accounts.py, test_falsified.py
-    ("carry_16ms", "dof=3"),
-    ("carry_16ms", "server.period_s=0.004", "master.rate_drop=16", "master.hold=zoh"),
-    ("carry_16ms", "server.coupling=one_step_delay", "server.contact_stiffness=20000"),
-    ("wall_filtered", *EXACT, "master.velocity_filter.kind=complementary", "dof=2"),
-]
+# One user and two, three axes and six, scenes, a recorded hand; settings: oracle/test_accounts.py
+SESSIONS = ("wall_filtered", "carry_16ms", "cube_3d", "lift_body", "door", "playback")
 
 
-@pytest.mark.parametrize("name", files.known())
-def test_the_budget_of_every_scenario_closes_to_rounding(name):
+@pytest.mark.parametrize("name", SESSIONS)
+def test_the_budget_of_a_session_closes_to_rounding(name):
     found = budget(*simulated(name))
-    assert found.notes == []
-    assert found.closes, np.abs(found.residual_j).max()
-
-
-@pytest.mark.parametrize(("name", "settings"), [(c[0], c[1:]) for c in CHANGES])
-def test_it_closes_whatever_takes_the_energy(name, settings):
-    found = budget(*simulated(name, *settings, duration_s=4.0))
     assert found.notes == []
     assert found.closes, np.abs(found.residual_j).max()
 
@@ -120,15 +108,6 @@ def test_a_link_that_amplifies_is_named_with_what_it_gave():
     assert not any(entry.part == "link_up" for entry in active(passive))
 
 
-def test_the_rate_drop_is_named_with_its_filter():
-    traces, scenario = simulated("carry_16ms", duration_s=4.0)
-    user = traces.users[0]
-    user.energy["u_tx"] = 1.5 * user.energy["u_m"]
-    found = budget(traces, scenario)
-    assert active(found)[0].part in ("filter_and_rate_drop", "link_up")
-    assert ("user1", "filter_and_rate_drop") in [(e.owner, e.part) for e in active(found)]
-
-
 def test_missing_records_are_noted_and_the_budget_still_nearly_closes():
     traces, scenario = simulated("carry_16ms", "device.damping=3", duration_s=4.0)
     handmade.without_blocks(traces.users[0], slice(300, 303))
@@ -177,17 +156,6 @@ def test_a_device_that_moves_at_the_first_tick_has_its_energy_of_the_hand(measur
     found = budget(traces, scenario)
     assert found.parts["user1"]["device_kinetic"].min() > -1e-15
     assert "device_kinetic" not in {each.part for each in active(found)}
-
-
-def test_quantised_sensors_are_distinguished_from_a_budget_that_does_not_close():
-    found = budget(
-        *simulated(
-            "carry_16ms", "device.encoder_step_m=5e-5", "device.velocity=euler", duration_s=4.0
-        )
-    )
-    assert found.closes
-    assert found.notes == []
-    assert found.parts["user1"]["sample_hold"][-1] < 0.0  # noise of the velocity gives out energy
 
 
 def test_of_a_measured_velocity_no_damper_is_said_to_generate_energy():

@@ -67,16 +67,6 @@ def test_a_velocity_filter_is_judged_with_the_filter_that_pays_for_it():
     assert not [part for owner, part in said(found) if "velocity_filter" in part]
 
 
-def test_at_the_ends_of_frames_the_parts_equal_their_accounts():
-    traces, scenario = simulated("carry_16ms", "master.bank.kind=complementary")
-    found, user = budget(traces, scenario), traces.users[0]
-    spring = found.parts["user1"]["local_stored"]
-    ends = np.searchsorted(user.block_time_s, found.time_s[1:] - 1e-9)
-    np.testing.assert_allclose(spring[1:], user.accounts["local_stored"][ends], atol=1e-15)
-    bank = found.parts["user1"]["bank"]
-    assert bank.min() > -1e-9  # passive by construction
-
-
 @pytest.mark.parametrize("feedback", ["budgeted", "integral"])
 def test_a_feedback_with_an_energy_tank_is_judged_with_what_pays(feedback):
     settings = ("master.position.gain=40", f"master.position.feedback={feedback}")

@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters that change during a session in virtual time, and what is judged of it."""
+"""Parameters that change during a session in virtual time, and what is judged and
+accounted of it.
+"""
 
+import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +18,7 @@ from pmwvc_analysis.events import events
 from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.names import Change, changes_text, over_time, read_changes
-from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.simulation.session import SteppedSession, simulate, simulate_one
 
 CHANGES = (
     "2.5 server.coupling=one_step_delay; 2.9 server.coupling=implicit; "
@@ -139,3 +142,25 @@ def test_a_port_at_the_server_keeps_its_impedance_when_the_masters_changes():
 def test_what_cannot_change_is_refused_with_the_reason(changes, words):
     with pytest.raises(ScenarioError, match=words):
         carrying(changes)
+
+
+CHANGE_NS, TICK_S = 3_000_000_000, 0.001
+
+
+@pytest.mark.parametrize("impedance", [0.01, 100.0, 1000.0])
+def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impedance):
+    scenario = scenarios.load("carry_16ms", duration_s=5.0)
+    session = SteppedSession(scenario)
+    session.advance(CHANGE_NS)  # up to a frame start
+    master = dataclasses.replace(scenario.users[0].master, impedance=impedance)
+    session.users[0].loop.configure(master=master)
+    session.run(lambda _: None)
+    traces = session.traces()
+    user = traces.users[0]
+    power = (user.f_applied * user.xd_m)[:, 0] - (user.u_m**2 - user.v_m**2)[:, 0] / 2
+    booked = budget(traces, scenario).parts["user1"]["safety"]
+    assert booked[-1] == pytest.approx(np.sum(power) * TICK_S, abs=1e-6)
+    assert 0.0 < np.abs(booked).max() < 0.1  # [J] of a grip that holds 2 mJ: no 1e281
+    quiet = np.abs(user.f_applied - user.f_m)[:, 0] <= 1e-9
+    before = slice(0, int(CHANGE_NS / 1e6))
+    assert np.abs(power[before][quiet[before]]).max() < 1e-12

@@ -8,6 +8,7 @@ import json
 import pytest
 from support.command_line import here as pmwvc
 from support.command_line import refused
+from support.simulated import unsearched
 
 from pmwvc_analysis.compare import settings
 
@@ -15,16 +16,17 @@ from pmwvc_analysis.compare import settings
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compared")
-    over = ["--over", "link.delay_s=0.016,0", "--controllers", "pmwvc,direct"]
+    over = ["--over", "link.delay_s=0.016", "--controllers", "pmwvc,direct"]
     words = ["wall", "--duration", "2", *over, "--set", "link.loss=0.1", "--out", "all"]
-    result = pmwvc("compare", *words, "--json", cwd=folder)
+    with unsearched():
+        result = pmwvc("compare", *words, "--json", cwd=folder)
     assert result.returncode == 0, result.stderr
     return folder / "all", json.loads(result.stdout)
 
 
 def test_every_combination_is_a_session_on_disk(compared):
     folder, found = compared
-    assert len(found["sessions"]) == 4
+    assert len(found["sessions"]) == 2
     for session in found["sessions"]:
         place = folder / session["folder"]
         summary = json.loads((place / "summary.json").read_text("utf-8"))
@@ -58,7 +60,7 @@ def test_the_tables_tell_the_same_in_every_form(compared):
 def test_the_report_holds_its_pictures(compared):
     folder, found = compared
     page = (folder / "comparison.html").read_text("utf-8")
-    assert page.count("data:image/png;base64,") == 4
+    assert page.count("data:image/png;base64,") == len([*folder.glob("plots/*.svg")]) > 1
     for session in found["sessions"]:
         assert session["label"] in page
     assert (folder / "plots" / "compare_forces.svg").is_file()
@@ -80,7 +82,9 @@ def test_a_row_says_how_its_parameters_were_found(tmp_path, monkeypatch):
 def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
     folder, found = compared
     place = folder / found["sessions"][0]["folder"]
-    result = pmwvc("replay", place, "--out", "again", "--no-figures", "--json", cwd=tmp_path)
+    with unsearched():
+        words = ("replay", place, "--out", "again", "--no-figures", "--json")
+        result = pmwvc(*words, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     again = json.loads(result.stdout)
     assert again["exact"] is again["reproduced"] is True

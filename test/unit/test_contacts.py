@@ -1,19 +1,29 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact laws: numbers by hand, and the one-sided law against its own equation."""
+"""Contact laws, and the shared object under held forces and by the midpoint rule."""
 
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from scipy.linalg import expm
 
+from pmwvc_core.law.motion import (
+    Body,
+    body_law,
+    drifted,
+    imbalance,
+    kinetic_j,
+    mobility,
+    pushed_body,
+)
 from pmwvc_core.law.server.contacts import (
     advanced_contact,
     attached,
     contact_energy,
     contact_force,
-    detached,
     offset_of,
     slid,
     touching,
@@ -43,46 +53,6 @@ def moved(c, *way):
 
 def answered(c, free, b=B):
     return spring_answer(c.springs[0], free, b, H, touching(c), c.law)
-
-
-def test_a_two_sided_contact_pushes_and_pulls():
-    c = attached(made("bilateral"), (0.04,))
-    assert contact_force(c, (0.0,)) == (0.0,)
-    c = moved(c, 0.002)
-    assert contact_force(c, (0.1,)) == pytest.approx((2.0,))
-    c = moved(c, -0.004)
-    assert contact_force(c, (0.0,)) == pytest.approx((-1.0,))
-    assert contact_energy(c) == pytest.approx(0.001)
-    assert offset_of(c) == pytest.approx((0.038,))
-
-
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize(
-    ("depth", "rate", "push"),
-    [(0.002, 0.0, 1.0), (0.002, 0.1, 2.0), (0.002, -0.5, 0.0), (-0.002, 5.0, 0.0)],
-)
-def test_a_grip_pushes_inwards_only(side, depth, rate, push):
-    force = contact_force(made(side=side, depth=depth), (-side * rate,))
-    assert force == pytest.approx((-side * push,))
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_a_grip_begins_outside_the_face_by_the_gap(side):
-    face = side * 0.03
-    middle = attached(made(side=side, gap=0.004), (0.0,))  # of the object
-    assert offset_of(middle) == pytest.approx((face + side * 0.004,))
-    far = attached(middle, (face + side * 0.01,))  # far enough away: stays where it is
-    assert offset_of(far) == pytest.approx((face + side * 0.01,))
-    assert not touching(far) and contact_energy(far) == 0.0
-
-
-@pytest.mark.parametrize("kind", ["bilateral", "grip"])
-def test_letting_go_drops_the_energy_of_the_spring(kind):
-    c = moved(attached(made(kind), (-0.03,)), 0.004)
-    stored_j = contact_energy(c)
-    assert stored_j == pytest.approx(0.5 * 500.0 * 0.004**2)
-    loose, dropped_j = detached(c)
-    assert (dropped_j, contact_energy(loose)) == (stored_j, 0.0)
 
 
 def mean_push(p0, rate, k, damping):
@@ -150,3 +120,44 @@ def test_a_grip_holds_sideways_from_where_it_touched_until_it_comes_out():
     assert dropped_j == pytest.approx(0.5 * 500.0 * (0.001**2 + 0.002**2))
     assert contact_energy(c) == 0.0
     assert offset_of(c) == pytest.approx((-0.031, 0.031, -0.012))
+
+
+STEP_S = 0.008
+masses = st.floats(0.01, 50.0)
+drags = st.one_of(st.just(0.0), st.floats(1e-9, 200.0))
+
+
+@given(mass=masses, damping=drags, force=st.floats(-20.0, 20.0), start=st.floats(-1.0, 1.0))
+def test_a_held_force_moves_the_cube_as_the_matrix_exponential_gives(mass, damping, force, start):
+    """The ground takes energy only, without damping none."""
+    law, before = body_law(mass, damping, STEP_S), Body((0.0,), (start,))
+    generator = np.zeros((3, 3))
+    generator[0, 1], generator[1, 1], generator[1, 2] = 1.0, -damping / mass, 1.0 / mass
+    x, xd, _ = expm(STEP_S * generator) @ [0.0, start, force]
+    after, (moved,), lost_j = pushed_body(before, (force,), law)
+    assert moved == after.x[0] == pytest.approx(x, rel=1e-10, abs=1e-13)
+    assert after.xd[0] == pytest.approx(xd, rel=1e-10, abs=1e-12)
+    scale = kinetic_j(before, law) + kinetic_j(after, law) + abs(force * moved)
+    assert lost_j >= -1e-13 * scale
+    if damping == 0.0:
+        assert lost_j == pytest.approx(0.0, abs=1e-13 * scale)
+
+
+@given(mass=masses, damping=drags, force=st.floats(-20.0, 20.0), start=st.floats(-1.0, 1.0))
+def test_the_midpoint_step_balances_work_motion_and_ground(mass, damping, force, start):
+    law, before = body_law(mass, damping, STEP_S), Body((0.0,), (start,))
+    velocity = start - imbalance(start, start, force, law) * mobility(0.0, law)
+    missing = imbalance(start, velocity, force, law)
+    assert missing == pytest.approx(0.0, abs=1e-12 * (abs(force) + 2 * mass / STEP_S))
+    after, lost_j = drifted(before, (velocity,), law)
+    work, gained_j = STEP_S * force * velocity, kinetic_j(after, law) - kinetic_j(before, law)
+    scale = kinetic_j(before, law) + kinetic_j(after, law) + abs(work) + lost_j
+    assert work == pytest.approx(gained_j + lost_j, abs=1e-12 * scale)
+    assert after.x == (STEP_S * velocity,)
+
+
+def test_a_wall_does_not_give_way():
+    wall, law = Body((0.0,), (0.0,)), body_law(float("inf"), 0.0, STEP_S)
+    assert pushed_body(wall, (1e3,), law) == (wall, (0.0,), 0.0)
+    assert drifted(wall, (0.0,), law) == (wall, 0.0)
+    assert (mobility(3.0, law), kinetic_j(wall, law)) == (0.0, 0.0)

@@ -40,7 +40,9 @@ def pmwvc(tmp_path_factory):
 
 def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
     out = tmp_path / "one"
-    result = pmwvc("simulate", "carry_16ms", *AVERAGED, "--duration", "2", "--out", out)
+    result = pmwvc(
+        "simulate", "carry_16ms", *AVERAGED, "--duration", "2", "--no-figures", "--out", out
+    )
     assert result.returncode == 0, result.stderr
     assert "mean of the last two forces" in result.stdout
     assert "  Stable: spectral radius" in result.stdout
@@ -51,9 +53,6 @@ def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, t
     assert summary["stable"] is True
     assert summary["prediction"]["stable"] is True
     assert summary["prediction"]["k_felt"] is None
-    text = (out / "report.html").read_text("utf-8")
-    assert "mean of the last two forces" in text
-    assert "the link acts like" not in text
 
 
 def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
@@ -116,11 +115,6 @@ def lab(monkeypatch):
 def scenario(coupling):
     values = {"name": "one", "controller": "pmwvc", "channel": "plain", "users": 1}
     return parse_scenario(values | {"duration_s": 0.2, "server": {"coupling": coupling}})
-
-
-def test_a_coupling_runs_as_its_record_makes_it(lab):
-    ours, theirs = (simulate_one(scenario(name)) for name in ("implicit", "exact"))
-    assert (ours.server.f_s[0] == theirs.server.f_s[0]).all()
 
 
 @pytest.mark.parametrize(("name", "own"), [("torn", "implicit"), ("torn_late", "one_step_delay")])

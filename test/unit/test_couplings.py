@@ -9,11 +9,8 @@ import pytest
 from support.law_rigs import Port, Users
 
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams
-from pmwvc_core.params.server import COMPENSATIONS, INTEGRATORS, KNOWN
 from pmwvc_core.params.server import COUPLINGS as NAMES
-from pmwvc_core.server.couplings import COMPENSATIONS as COMPENSATIONS_MADE
-from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.environments import LIBRARY
+from pmwvc_core.params.server import INTEGRATORS
 
 H, B_W, K, B_C, M_O = 0.008, 25.0, 500.0, 10.0, 2.0
 RATIO = np.sqrt(2.0 / B_W)
@@ -32,13 +29,6 @@ def two_users(coupling, *, contact="bilateral", integrator="backward_euler", **s
 
 def random_waves(seed, steps=30):
     return np.random.default_rng(seed).normal(0.0, 0.3, (steps, 2)).tolist()
-
-
-def test_every_name_of_a_parameter_is_made():
-    assert tuple(COUPLINGS.library) == NAMES
-    assert tuple(COMPENSATIONS_MADE.library) == COMPENSATIONS
-    assert tuple(name for name, record in LIBRARY.items() if record.known) == KNOWN
-    assert all(record.made or record.outside for record in LIBRARY.values())
 
 
 class Written:
@@ -122,26 +112,6 @@ def test_a_coupling_is_its_equation(law, integrator, b_o):
             np.testing.assert_allclose(
                 np.multiply(server.f_s, server.xd_s), (u**2 - np.square(v)) / 2, atol=1e-12
             )
-
-
-@pytest.mark.parametrize("coupling", NAMES)
-def test_all_couplings_agree_when_the_step_is_short_and_mirror_what_is_mirrored(coupling):
-    """Slow waves, 1 ms: what is left between the schemes is of the order of the step."""
-    ends = []
-    for name in ("implicit", coupling):
-        server = two_users(name, period_s=0.001)
-        for n in range(1000):
-            push = 0.2 * np.sin(2 * np.pi * n / 1000)
-            server.step([push, 0.5 * push])
-        ends.append([server.x_o, *server.x_s])
-    assert np.abs(ends[0]).max() > 0.01
-    np.testing.assert_allclose(ends[1], ends[0], atol=2e-4)
-    one, other = two_users(coupling, contact="grip"), two_users(coupling, contact="grip")
-    for left, right in random_waves(7, steps=100):
-        one.step([left, right])
-        other.step([-right, -left])
-        assert one.x_o == pytest.approx(-other.x_o, abs=1e-12)
-        assert one.f_s[0] == pytest.approx(-other.f_s[1], abs=1e-9)
 
 
 @pytest.mark.parametrize("coupling", NAMES)

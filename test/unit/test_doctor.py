@@ -15,7 +15,6 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_bringup import machine, scenarios
-from pmwvc_core.errors import RecordingError
 from pmwvc_core.simulation.session import simulate_one
 
 
@@ -119,12 +118,6 @@ def test_what_a_recording_lacks_or_stopped_early_is_a_warning(folder, tmp_path):
     assert "rosbag2 cannot open" in texts(findings, WARNING)
     assert "recording stopped: no space" in texts(findings, WARNING)
     assert exit_code(findings) == 2
-
-
-def test_a_simulation_that_cannot_be_kept_is_refused_in_words(tmp_path):
-    (tmp_path / "scenario.yaml").mkdir()
-    with pytest.raises(RecordingError, match="cannot record into"):
-        recorded(tmp_path, handmade.session(duration_s=0.1))
 
 
 def test_a_cut_file_is_damaged_and_looked_at_as_far_as_it_is_whole(folder, tmp_path):

@@ -11,9 +11,6 @@ from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.sums import running
-from pmwvc_analysis.traces.thresholds import TOLERANCE_J
 from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.simulation.session import simulate_one
@@ -30,13 +27,6 @@ def test_a_pure_delay_holds_what_is_in_flight():
         assert entry.passive
 
 
-def test_both_ways_together_are_the_power_at_the_two_ports():
-    for entry in user_energies(handmade.session(dof=3)):
-        np.testing.assert_allclose(
-            entry.joint.balance_j, entry.up.balance_j + entry.down.balance_j, atol=1e-12
-        )
-
-
 def test_a_channel_that_amplifies_is_not_passive():
     gain = 1.2
     up = user_energies(handmade.session(gain=gain))[0].up
@@ -47,27 +37,6 @@ def test_a_channel_that_amplifies_is_not_passive():
     np.testing.assert_allclose(steps, (1.0 - gain**2) * IN_FLIGHT_J, rtol=1e-9)
     assert up.minimum_j == pytest.approx(up.balance_j.min())
     assert judged.least_s == pytest.approx(up.time_s[-1])
-
-
-def test_a_gap_in_the_record_is_not_judged_and_leaves_no_hole():
-    whole, holed = handmade.session(), handmade.session()
-    gone = slice(100, 120)  # while the force rises
-    handmade.without_blocks(holed.users[0], gone)
-    expected, found = user_energies(whole)[0], user_energies(holed)[0]
-    assert found.passive
-    (hole,) = found.unjudged
-    assert hole.why == "not recorded"
-    assert (hole.start_s, hole.end_s) == pytest.approx(
-        (gone.start * FRAME_S, (gone.stop + 1) * FRAME_S), abs=1e-3
-    )
-    for way in ("up", "down", "joint"):
-        before, after = getattr(expected, way), getattr(found, way)
-        same = np.isin(before.time_s, after.time_s)
-        assert same.sum() == len(after.time_s) == len(before.time_s) - 21
-        np.testing.assert_allclose(after.balance_j, before.balance_j[same], atol=1e-12)
-    # the control: inside the gap the server goes on while the record of the master stands still
-    early = BlockSums(holed.users[0]).of_wave("u_m")[gone.start - 1]
-    assert early - running(holed.server.energy_u_s[0])[gone.stop] < -100 * TOLERANCE_J
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -112,10 +81,6 @@ def test_work_done_on_the_hand_is_no_restart():
     np.testing.assert_allclose(found.energy_in_j[1:], work[TICKS - 1 : -1 : TICKS], atol=1e-12)
 
 
-def test_running_sums_go_on_over_a_restart():
-    np.testing.assert_allclose(running(np.array([0.0, 2.0, 3.0, 0.5, 1.0])), [0, 2, 3, 3.5, 4.0])
-
-
 def test_without_waves_only_the_joint_balance_is_there():
     traces = handmade.session()
     for user in traces.users:
@@ -124,12 +89,6 @@ def test_without_waves_only_the_joint_balance_is_there():
     assert entry.up is None
     assert entry.down is None
     assert entry.passive
-
-
-def test_without_the_server_there_is_no_balance():
-    traces = handmade.session()
-    traces.server = None
-    assert user_energies(traces) == []
 
 
 def test_a_tick_counts_when_it_really_ran():

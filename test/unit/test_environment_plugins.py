@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Environments by name: what is installed, and what is said of one that cannot be used."""
+"""Environments by name: what is installed, what is said of one that cannot be used; a plug-in is
+asked in a thread: waited for, left alone while busy, asked again.
+"""
 
 import re
 import sys
 import textwrap
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,9 +20,12 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.touched import Wall
 from pmwvc_core.made.server import object_of
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.plugins import Unanswered
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server import environments
+from pmwvc_core.server.black_box import directly
 from pmwvc_core.simulation.session import simulate
+from pmwvc_server.asking import Worker, caller
 
 
 def server_at(name, own=None):
@@ -149,3 +155,46 @@ def test_the_environment_of_the_documentation_works(lab):
     server.step([0.0])
     assert server.faults.steps == 0
     assert server.energies["potential"] == 0.0
+
+
+def test_what_comes_with_the_project_is_asked_directly_a_plug_in_through_a_thread():
+    assert caller(ServerParams()) is directly
+    assert caller(ServerParams(coupling="unknown", environment="hunt_crossley")) is directly
+    assert isinstance(caller(ServerParams(coupling="unknown", environment="jelly")), Worker)
+
+
+def test_an_answer_comes_back_from_another_thread():
+    worker = Worker(30.0)
+    assert worker(threading.current_thread) is not threading.current_thread()
+    assert [worker(lambda n=n: n * n) for n in range(5)] == [0, 1, 4, 9, 16]
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError("no mass"), SystemExit("bye")], ids=repr)
+def test_what_the_environment_raises_is_raised_and_its_thread_goes_on(error):
+    def fails():
+        raise error
+
+    worker = Worker(30.0)
+    with pytest.raises(type(error), match=str(error)):
+        worker(fails)
+    assert worker(lambda: 7) == 7
+
+
+def test_a_hanging_environment_is_left_alone_until_it_is_back_and_its_late_answer_is_dropped():
+    release, asked = threading.Event(), []
+
+    def hangs():
+        release.wait()
+        return "late"
+
+    worker = Worker(0.001)
+    with pytest.raises(Unanswered, match=r"has not answered within 1 ms"):
+        worker(hangs)
+    for _ in range(3):
+        with pytest.raises(Unanswered, match=r"is still busy with the step of \d+\.\d+ s ago"):
+            worker(lambda: asked.append(1))
+    assert asked == []
+    release.set()
+    assert worker._answer.result(30.0) == "late"  # it is back
+    worker._patience_s = 30.0
+    assert worker(lambda: "new") == "new"

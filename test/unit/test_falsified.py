@@ -20,11 +20,8 @@ ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")
 UNKNOWN = ("server.coupling=unknown", "server.contact=bilateral")
 CASES = {
     "implicit": ("carry_16ms", "device.damping=3"),
-    "limited": ("carry_16ms", "safety.max_force=1.5", "safety.max_slew=20"),
     "encoder": ("carry_16ms", *ENCODER),
-    "mean": ("carry_16ms", "master.filter.kind=integrate_and_dump"),
     "one_step_delay": ("carry_16ms", "server.coupling=one_step_delay"),
-    "one_frame_late": ("carry_16ms", "server.coupling=one_frame_late", "server.object_damping=4"),
     "unwrapped": ("carry_16ms", "server.coupling=unwrapped", "server.integrator=trapezoid"),
     "unknown": ("wall", *UNKNOWN, "server.compensation=ledger", "server.contact_stiffness=3000"),
     "position": ("carry_16ms", "master.position.gain=20"),

@@ -1,43 +1,21 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The record of fates, and a link on record, which does to packet n what was done to packet n."""
+"""The record of fates; one relayed topic in invented time; a link on record, which does to packet
+n what was done to packet n.
+"""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rclpy.serialization import serialize_message
 
 from pmwvc_core.network.in_flight import Cause, FateKind, FateLog, RecordedFate, RecordedLink
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
-
-
-def test_records_come_out_as_columns_in_the_order_they_became_final():
-    link = Link(LinkParams(delay_s=0.001), seed=1)
-    log = FateLog()
-    link.send("a", 100, size_bytes=126)
-    link.send("b", 200)
-    for _, fate in link.arrivals(10**9):
-        log.add(fate, time_out_ns=fate.time_due_ns + 7, epoch=2**63 + 5, seq=fate.number + 10)
-    block = log.take()
-    assert block["first"] == 1
-    assert block["epoch"].tolist() == [2**63 + 5] * 2
-    assert block["seq"].tolist() == [11, 12]
-    assert block["bytes"].tolist() == [126, 140]
-    assert block["time_in_ns"].tolist() == [100, 200]
-    assert block["time_due_ns"].tolist() == [1_000_100, 1_000_200]
-    assert (block["time_out_ns"] - block["time_due_ns"]).tolist() == [7, 7]
-    assert block["fate"].tolist() == [FateKind.DELIVERED] * 2
-    assert block["cause"].tolist() == [Cause.NONE] * 2
-
-
-def test_a_lost_packet_has_no_time_out_and_the_links_own_number():
-    log = FateLog()
-    (fate,) = Link(LinkParams(loss=1.0), seed=1).send("a", 100)
-    log.add(fate)
-    block = log.take()
-    assert (block["seq"][0], block["time_due_ns"][0], block["time_out_ns"][0]) == (1, 0, 0)
-    assert (block["fate"][0], block["cause"][0]) == (FateKind.LOST, Cause.LOSS)
+from pmwvc_core.runtime import messages
+from pmwvc_core.transport.packet import WavePacket
+from pmwvc_netem.relayed_link import RelayedLink, peek_wave
 
 
 def test_blocks_follow_one_another_without_a_gap():
@@ -127,3 +105,101 @@ def test_what_was_not_recorded_or_never_came_out_does_not_arrive(number):
     assert fate.time_due_ns == 0
     assert link.arrivals(10**12) == []
     assert link.counters.lost == number - 1
+
+
+LIVE = messages.live_types()
+
+
+def serialized(epoch, seq):
+    packet = WavePacket(epoch, seq, 5, 0.008, 1.0, 1.0, 1.0, 1.0)
+    return serialize_message(messages.wave(LIVE, packet, 1))
+
+
+class Bench:
+    """A relayed with its ends in memory and a clock that is set by hand."""
+
+    def __init__(self, params, *, seed=1):
+        self.now_ns = 0
+        self.before = []
+        self.after = []
+        self.relayed = RelayedLink(
+            "user1/up",
+            Link(params, seed=seed),
+            take=lambda: self.before.pop(0) if self.before else None,
+            give=lambda message: self.after.append((self.now_ns, message)),
+            clock=lambda: self.now_ns,
+        )
+
+    def at(self, now_ns, *arriving):
+        self.now_ns = now_ns
+        self.before += arriving
+        self.relayed.take_in()
+        self.relayed.let_out()
+
+
+@given(epoch=st.integers(0, 2**64 - 1), seq=st.integers(0, 2**32 - 1))
+def test_epoch_and_number_are_found_where_the_encoding_puts_them(epoch, seq):
+    assert peek_wave(serialized(epoch, seq)) == (epoch, seq)
+    other_order = epoch.to_bytes(8, "big") + seq.to_bytes(4, "big")
+    assert peek_wave(bytes(20) + other_order) == (epoch, seq)
+
+
+@pytest.mark.parametrize("length", [0, 1, 4, 31])
+def test_a_message_too_short_or_of_an_unknown_encoding_is_no_wave(length):
+    assert peek_wave(serialized(1, 1)[:length]) is None
+    assert peek_wave(b"\x00\x07" + serialized(1, 1)[2:]) is None
+
+
+def test_a_message_leaves_when_due_as_it_came_and_is_written_down_then():
+    bench = Bench(LinkParams(delay_s=0.010))
+    message = serialized(3, 4)
+    bench.at(2 * MS, message)
+    bench.at(12 * MS - 1)
+    assert bench.after == [] and len(bench.relayed.fates) == 0
+    bench.at(13 * MS)
+    assert bench.after == [(13 * MS, message)]
+    block = bench.relayed.fates.take()
+    assert block.pop("first") == 1
+    assert {name: int(column[0]) for name, column in block.items()} == {
+        **{"epoch": 3, "seq": 4, "bytes": len(message), "fate": FateKind.DELIVERED, "cause": 0},
+        **{"time_in_ns": 2 * MS, "time_due_ns": 12 * MS, "time_out_ns": 13 * MS},
+    }
+
+
+def test_every_message_has_a_fate_and_copies_have_their_own():
+    bench = Bench(LinkParams(loss=0.3, duplicate=0.3))
+    bench.at(MS, *[serialized(1, seq) for seq in range(1, 101)])
+    block = bench.relayed.fates.take()
+    counters = bench.relayed.link.counters
+    assert len(block["seq"]) == 100 + np.count_nonzero(block["fate"] == FateKind.DUPLICATE) > 100
+    assert sorted(set(block["seq"])) == list(range(1, 101))
+    assert np.count_nonzero(block["fate"] == FateKind.LOST) == counters.lost > 0
+    assert np.count_nonzero(block["time_out_ns"] == 0) == counters.lost
+
+
+def test_what_is_no_message_is_written_down_and_the_rest_goes_on():
+    bench = Bench(LinkParams())
+    bench.at(MS, serialized(1, 1), b"\x00\x01", serialized(1, 2))
+    block = bench.relayed.fates.take()
+    assert sorted(block["fate"]) == [FateKind.DELIVERED, FateKind.DELIVERED, FateKind.INVALID]
+    assert bench.relayed.invalid == 1
+    assert bench.relayed.link.counters.in_count == 2  # it draws no random numbers
+    assert len(bench.after) == 2
+
+
+def test_what_is_under_way_at_the_end_is_written_down_as_never_out():
+    bench = Bench(LinkParams(delay_s=1.0))
+    bench.at(MS, serialized(1, 1))
+    bench.relayed.end()
+    block = bench.relayed.fates.take()
+    assert (block["time_due_ns"][0], block["time_out_ns"][0]) == (1001 * MS, 0)
+    assert bench.after == []
+
+
+def test_the_latest_release_is_noted():
+    bench = Bench(LinkParams(delay_s=0.010))
+    bench.at(0, serialized(1, 1))
+    bench.at(2 * MS, serialized(1, 2))
+    bench.at(11 * MS)
+    bench.at(15 * MS)
+    assert bench.relayed.late_ns == 3 * MS

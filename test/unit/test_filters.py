@@ -1,13 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The anti-aliasing filter: its cut-off, its output, its delay, and what the rate drop behind it
-does with energy.
+does with energy; Butterworth filters in closed form are those of scipy, without its import.
 """
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from scipy import signal
 from support.filter_runs import BUTTERWORTH, KINDS, Stage, run
 from support.strategies import TICK_S
@@ -16,7 +20,16 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain
-from pmwvc_core.wave.filter_design import design, half_power_hz, order_of, pole_of
+from pmwvc_core.wave.filter_design import (
+    HIGHEST_ORDER,
+    bilinear_sections,
+    design,
+    half_power_hz,
+    least_order,
+    order_of,
+    pole_of,
+    response,
+)
 from reproduction import down_sampler
 
 AT = {"tick_s": TICK_S, "rate_drop": 8}
@@ -126,6 +139,19 @@ def test_integrate_and_dump_keeps_the_integral_when_ticks_are_missing():
     assert stage.sample() == 0.0
 
 
+@pytest.mark.parametrize("kind", ["none", "integrate_and_dump", "first_order"])
+def test_the_response_is_that_of_the_running_filter(kind):
+    params = first_order(pole_rad_s=50.0) if kind == "first_order" else FilterParams(kind=kind)
+    pulse = np.zeros(1024)
+    pulse[0] = 1.0
+    if kind == "integrate_and_dump":
+        answer = np.where(np.arange(1024) < 8, 1 / 8, 0.0)
+    else:
+        answer = run(params, pulse.tolist())[0]
+    found = response(params, np.fft.rfftfreq(1024, TICK_S), **AT)
+    np.testing.assert_allclose(found, np.fft.rfft(answer), atol=1e-9)
+
+
 @pytest.mark.parametrize("params", [KINDS[1], BUTTERWORTH], ids=lambda p: p.kind)
 @pytest.mark.parametrize("rate_drop", [3, 20])
 def test_the_worst_case_is_the_largest_singular_value_of_filter_and_drop(params, rate_drop):
@@ -170,15 +196,48 @@ def test_the_account_of_app_a_figure_8_is_that_of_the_filtered_wave_and_its_samp
     assert found["final_j"][0] == pytest.approx(expected[-1])
 
 
-def test_aliasing_with_a_late_computation_feeds_the_oscillation():
-    """The passive server is the control: with its loop solved the same wave gives out little."""
-    late = {"server.coupling": "one_step_delay", "server.integrator": "backward_euler"}
-    filters = [butterworth(25.0, 50.0), butterworth(100.0, 150.0)]
-    found = down_sampler.energy_over_cut_off(
-        down_sampler.printed_scenario(**SHORT, **late), filters
+ANGLES = np.linspace(0.0, 3.14, 400)
+
+
+@pytest.mark.parametrize("side", ["low", "high"])
+@pytest.mark.parametrize("order", range(1, 13))
+@pytest.mark.parametrize("cutoff_hz", [7.0, 15.9, 60.0, 200.0, 450.0])
+def test_bilinear_sections_respond_as_scipys(order, cutoff_hz, side):
+    cutoff = 2.0 / TICK_S * np.tan(np.pi * cutoff_hz * TICK_S)
+    ours = bilinear_sections(order, cutoff, TICK_S, side)
+    theirs = signal.butter(order, cutoff_hz, side, fs=1.0 / TICK_S, output="sos")
+    values = [signal.sosfreqz(sos, ANGLES)[1] for sos in (ours, theirs)]
+    np.testing.assert_allclose(values[0], values[1], atol=1e-12)
+
+
+@given(
+    edges=st.tuples(st.floats(1.0, 400.0), st.floats(1.0, 400.0)),
+    losses=st.tuples(st.floats(0.1, 80.0), st.floats(0.1, 80.0)),
+)
+def test_the_least_order_is_scipys(edges, losses):
+    low, high = sorted(edges)
+    little, much = sorted(losses)
+    assume(high / low > 1.01 and much - little > 0.01)
+    for pass_hz, stop_hz in ((low, high), (high, low)):
+        expected, _ = signal.buttord(pass_hz, stop_hz, little, much, analog=True)
+        if expected > HIGHEST_ORDER:
+            with pytest.raises(ParameterError, match=f"is of order {expected:.0f},"):
+                least_order(pass_hz, little, stop_hz, much)
+        else:
+            assert least_order(pass_hz, little, stop_hz, much) == expected
+
+
+def test_filter_questions_do_not_import_scipys_signal_processing():
+    program = (
+        "import sys\n"
+        "from pmwvc_core.params import FilterParams\n"
+        "from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain\n"
+        "one = FilterParams(kind='butterworth', pass_hz=25.0, stop_hz=50.0)\n"
+        "for ask in (delay_of, warnings_of, worst_case_gain):\n"
+        "    ask(one, tick_s=1e-3, rate_drop=8)\n"
+        "print([name for name in sys.modules if name.split('.')[0] == 'scipy'])\n"
     )
-    assert found["minimum_j"][0] > -1e-3
-    assert found["minimum_j"][1] < -0.02
-    assert found["final_j"][1] < -0.02
-    solved = down_sampler.energy_over_cut_off(down_sampler.printed_scenario(**SHORT), filters[1:])
-    assert solved["minimum_j"][0] > -5e-3
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.strip() == "[]"

@@ -156,14 +156,6 @@ def test_another_device_than_the_one_asked_for_is_refused_and_one_that_has_a_mas
 
 
 @needs_compiler
-def test_millimetres_on_any_axis_are_refused_when_opened(fake):
-    fake.vector("position")[2] = 30.0
-    with pytest.raises(DeviceError, match=r"omega\.3: position \(.*30\) m .*these mm"):
-        fake.opened()
-    assert not fake["open"]
-
-
-@needs_compiler
 def test_a_library_that_lacks_a_call_is_named_with_it(tmp_path):
     path = compiled(tmp_path, "fake_dhd.c", "libdhd.so.3", "-DLACKS")
     with pytest.raises(DeviceError, match=r"libdhd\.so\.3': lacks dhdSetForce; install a newer"):

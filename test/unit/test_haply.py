@@ -62,20 +62,6 @@ def test_a_sample_is_as_old_as_the_message_it_answers(waiting):
             assert (sample.fresh, sample.measured_ns) == (True, tick * TICK_NS)
 
 
-@pytest.mark.parametrize(("ratio", "grows"), [(0.95, False), (1.05, True)])
-def test_a_damping_on_a_state_a_tick_old_is_unstable_from_one(waiting, ratio, grows):
-    """b T/m on a free mass, whose velocity the service reports as a message comes."""
-    with InverseService() as service, opened(service) as device:
-        xd, seen, tick_s, mass = 0.1, 0.0, 0.001, 0.2
-        speeds = []
-        for tick in range(1, 200):
-            service.velocity[0] = xd
-            force, sample = exchanged(service, device, ratio * mass / tick_s * seen, tick)
-            seen, xd = sample.xd, xd + force["x"] / mass * tick_s
-            speeds.append(abs(xd))
-        assert (max(speeds[-10:]) > 0.1) == grows
-
-
 def test_of_answers_that_wait_the_newest_counts_with_its_age(waiting):
     with InverseService() as service, opened(service) as device:
         service.hold()

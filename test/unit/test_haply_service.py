@@ -13,12 +13,11 @@ from rclpy.parameter import Parameter
 from scipy.spatial.transform import Rotation
 from support.haply_rig import exchanged, let_wait, opened
 from support.inverse_service import InverseService
-from support.loop_rig import TICK_NS, TICKS, Rig
+from support.loop_rig import TICK_NS
 from support.processes import ros
 from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.master.safety import SafetyState
 from pmwvc_master.devices import haply
 from pmwvc_master.devices.haply import CALL_NS, HaplyDevice, HaplyParams
 from pmwvc_master.devices.mapped import make_device
@@ -71,44 +70,6 @@ def until(device, due_ns, there):
         if there():
             return
     raise AssertionError("nothing came")
-
-
-def frame(rig, grid):
-    if grid % TICKS == 4:
-        rig.answer(-0.7)
-    rig.tick(grid)
-
-
-def test_after_a_service_went_away_the_force_rises_from_zero_once_re_armed(waiting):
-    with InverseService() as service, opened(service) as device:
-        rig = Rig()
-        rig.loop.device = device
-        for grid in range(800):
-            frame(rig, grid)
-        before = [service.force()[1]["x"] for _ in range(800)]
-        assert before[-1] < -1.0
-        service.stop()
-        for grid in range(800, 1790):
-            frame(rig, grid)
-        assert rig.loop.protocol.state == SafetyState.DAMPING
-        for grid in range(1790, 2000):
-            frame(rig, grid)
-        assert rig.loop.protocol.state == SafetyState.FAULT
-        while not service.forces.empty():  # sent before the loss was known
-            service.force()
-        service.start()
-        until(device, 2999 * TICK_NS, lambda: device._form)
-        for grid in range(3000, 3200):
-            frame(rig, grid)
-        assert {service.force()[1]["x"] for _ in range(200)} == {0.0}
-        assert rig.loop.protocol.state == SafetyState.FAULT
-        rig.loop.protocol.rearm()
-        for grid in range(3200, 4200):
-            frame(rig, grid)
-        after = [service.force()[1]["x"] for _ in range(1000)]
-        steps = np.abs(np.diff(after))
-        assert abs(after[0]) < 0.02 and after[-1] == pytest.approx(before[-1], rel=1e-6)
-        assert steps.max() < 0.05
 
 
 @contextlib.contextmanager
@@ -187,13 +148,6 @@ def test_parameters_are_the_nodes_and_the_services_settings_are_told(monkeypatch
         assert '"force_gate": {"gain": 0.3}' in text and "gravity_compensation" in text
     with pytest.raises(DeviceError, match=r"must be inverse3, minverse or a YAML"):
         HaplyDevice(vendor_setup("haply"), HaplyParams(model="inverse4"))
-
-
-def test_limits_of_the_model_are_declared():
-    device = HaplyDevice(vendor_setup("haply"), HaplyParams())
-    assert (device.info.max_force, device.info.workspace_m) == (10.0, 0.1)
-    small = HaplyDevice(vendor_setup("haply"), HaplyParams(model="minverse"))
-    assert (small.info.max_force, small.info.workspace_m) == (None, 0.04)
 
 
 def grip(rotvec):

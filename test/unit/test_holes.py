@@ -6,16 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import handmade
-from support import plain as scenarios
 from support.handmade import FRAME_S
-from support.verdicts import active
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_core.simulation.session import simulate_one
 
 BLOCKS = 250  # of two seconds
 HOLES = st.lists(
@@ -117,17 +114,3 @@ def test_an_oscillation_beside_a_hole_is_found_and_a_jump_across_it_is_none():
     user.xd_m[user.time_s > 3.3] += 0.5  # somewhere in the hole
     handmade.without_blocks(user, slice(400, 420))
     assert summary(calm, handmade.scenario())["stable"] is True
-
-
-@pytest.mark.parametrize("hole", [slice(30, 36), slice(40, 44)])
-def test_steps_of_the_server_that_are_missing_make_no_component_active(hole):
-    """Its parts are summed step by step: behind a hole nothing is known of them."""
-    scenario = scenarios.load("wall_slow", duration_s=3.0)
-    traces = simulate_one(scenario)
-    assert not [each for each in active(budget(traces, scenario)) if each.owner == "server"]
-    handmade.without_steps(traces.server, hole)
-    energies = budget(traces, scenario)
-    assert not [each for each in active(energies) if each.owner == "server"]
-    of_server = [each for each in energies.findings if each.owner == "server"]
-    assert {each.passive for each in of_server} == {None}
-    assert all("not recorded" in each.why for each in of_server)

@@ -1,20 +1,94 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The accounts that blocks keep while they run: each is described once, beside the block."""
+"""The energy accounts of single blocks, and those that blocks keep while they run: each described
+once.
+"""
 
 import dataclasses
 
 import numpy as np
 import pytest
 from support import plain as scenarios
+from support.operators import TICK_S, Device
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import account_words, accounted, words_of
-from pmwvc_core.account import Entry, Role
+from pmwvc_core.account import Account, Entry, Passage, Role
+from pmwvc_core.controllers.accounts import CONTACTS
 from pmwvc_core.controllers.library import LIBRARY, RECORDS, entries
+from pmwvc_core.law.motion import advanced, motion
+from pmwvc_core.params import DeviceParams
+from pmwvc_core.plant.device import damper_heat, device_account
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.simulation.session import simulate_one
+
+DEVICE = DeviceParams(mass=0.3, damping=2.0, workspace_m=0.02)
+
+
+def driven(params, dof):
+    """A device under changing forces that meets its stops: motion and forces per tick."""
+    random = np.random.default_rng(dof)
+    plant = Device(params, dof=dof)
+    f_h, f_m = 8.0 * random.standard_normal((2, 400, dof)).cumsum(axis=1) / 20.0
+    x, xd = [np.zeros(dof)], [np.zeros(dof)]
+    for hand, force in zip(f_h, f_m, strict=True):
+        plant.step(hand, force)
+        x.append(np.atleast_1d(plant.x).copy())
+        xd.append(np.atleast_1d(plant.xd).copy())
+    return np.array(x), np.array(xd), f_h, f_m, plant
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+def test_a_device_takes_what_it_gives_stores_and_turns_to_heat(dof):
+    x, xd, f_h, f_m, plant = driven(DEVICE, dof)
+    ends = (x[:-1], xd[:-1]), (x[1:], xd[1:])
+    account = device_account(DEVICE, TICK_S, *ends, f_h, f_m)
+    assert (np.abs(x) >= DEVICE.workspace_m).any()  # the stops are met
+    np.testing.assert_allclose(account.residual, 0.0, atol=1e-12)
+    assert np.sum(account.taken) == pytest.approx(plant.work[1], rel=1e-9)
+    assert np.sum(account.given) == pytest.approx(plant.work[0], rel=1e-9)
+    assert (account.dissipated > -1e-15).all()
+    # the control: a heavier device is not where these forces lead
+    other = device_account(dataclasses.replace(DEVICE, mass=0.33), TICK_S, *ends, f_h, f_m)
+    assert np.abs(other.residual).max() > 1e-6
+
+    # one tick alone is accounted for as in a trace, without the hand's force too
+    for hand in (f_h, np.zeros_like(f_h)):
+        trace = device_account(DEVICE, TICK_S, *ends, hand if hand is f_h else None, f_m)
+        for row in (0, 57, 399):
+            tick = slice(row, row + 1)
+            (x0, xd0), (x1, xd1) = (tuple(each[tick] for each in end) for end in ends)
+            given = hand[tick] if hand is f_h else None
+            one = device_account(DEVICE, TICK_S, (x0, xd0), (x1, xd1), given, f_m[tick])
+            for whole, single in zip(trace, one, strict=True):
+                np.testing.assert_allclose(whole[row], single[0], rtol=1e-12, atol=1e-18)
+
+
+def test_the_heat_of_a_damper_is_what_the_forces_lose():
+    mass, damping, period, xd, force = 0.2, 3.0, 0.01, 0.4, -2.0
+    (moved,), (after,) = advanced((0.0,), (xd,), (force,), motion(mass, damping, period))
+    lost = force * moved - 0.5 * mass * (after**2 - xd**2)
+    assert damper_heat(
+        mass, damping, period, *np.array([[[xd]], [[force]]])
+    ).item() == pytest.approx(lost, rel=1e-9)
+
+
+def test_an_account_by_names_adds_what_it_names_and_leaves_over_the_rest():
+    assert Account(taken=5.0, given=2.0, stored=1.0, dissipated=1.5).residual == 0.5
+    block = Passage("left", ("in", "beside"), ("out",), ("spring",), ("heat", "dropped"))
+    energies = {"in": 3.0, "beside": 1.0, "out": 1.5, "spring": 0.5, "heat": 0.25, "dropped": 0.25}
+    assert block.account(energies) == Account(4.0, 1.5, 0.5, 0.5)
+    assert block.account({**energies, "heat": 1.25}).residual == 0.5  # the control
+    assert block.account({**energies, "other": 9.0}).residual == 1.5
+
+
+def test_contacts_that_store_and_heat_what_avatars_gave_leave_nothing_over():
+    energies = {"avatars": 2.0, "object": 0.5, "springs": 1.0, "dampers": 0.5}
+    assert CONTACTS.account(energies).residual == 0.0
+    for name in energies:  # the control: one that is off shows whole
+        assert abs(CONTACTS.account({**energies, name: energies[name] + 0.25}).residual) == 0.25
+
 
 UNKNOWN = {"server.coupling": "unknown", "server.environment": "wall"}
 VARIANTS = [

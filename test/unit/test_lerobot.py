@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.frame import STALE_NS
 from pmwvc_master.devices import lerobot
 from pmwvc_master.devices.lerobot import LerobotDevice, LerobotParams, hand_of
 
@@ -185,23 +184,6 @@ def test_velocities_are_the_slope_of_the_hand(lab):
         sample = device.read(time.monotonic_ns())
         speeds += [float(np.linalg.norm(sample.xd))] if sample.fresh else []
     assert np.median(speeds) == pytest.approx(0.3, rel=0.05)  # 1 rad/s at 0.3 m
-
-
-def test_an_arm_that_fails_is_asked_again_and_its_samples_are_invalid(lab):
-    device = lab()
-    arm = lab.kind.made
-    pushed(device, [1.0, 0.0])
-    arm.wrong = "cable"
-    until(lambda: not any(arm.sent[-1].values()))
-    at_ns = device.read(time.monotonic_ns()).measured_ns
-
-    def valid():
-        return device.read(time.monotonic_ns()).valid
-
-    until(lambda: not valid())
-    assert device.read(0).measured_ns - at_ns < STALE_NS * 100
-    arm.wrong = ""
-    until(valid)
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,7 @@ import threading
 from itertools import pairwise
 
 import pytest
-from support.loop_rig import FRAME_S, TICK_NS, TICKS, Rig
-from support.packer import Packer
+from support.loop_rig import TICK_NS, TICKS, Rig
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.port.master import port_signals
@@ -211,22 +210,6 @@ def test_a_device_that_senses_nothing_is_given_no_force_and_then_one_without_a_s
     steps = [abs(b - a) for a, b in pairwise(forces)]
     assert max(steps) <= SafetyParams().max_slew * 0.001 + 1e-9
     assert forces[-1] == pytest.approx(25.0 * 0.02 + math.sqrt(50.0) * 0.05, rel=1e-2)
-
-
-def test_behind_another_server_the_force_starts_from_zero_even_after_a_stall_of_the_loop():
-    rig = answered(Rig(), range(8, 1200))
-    assert rig.device.forces[-1] > 0.5
-    rig.server = Packer(1234, period=FRAME_S)  # it was started while this loop did not run
-    for _ in range(3):
-        rig.answer(-0.3)
-    rig.device.forces.clear()
-    rig.tick(1399, skipped=199)
-    answered(rig, range(1400, 1800), wave=-0.3)
-    assert rig.loop.protocol.inbox.epoch == 1234
-    wanted = 25.0 * 0.02 + math.sqrt(50.0) * 0.3
-    share = [force / wanted for force in rig.device.forces]
-    assert max(share[25:43]) < 0.09  # 0.5 s of soft start, once the server has echoed a packet
-    assert 0.7 < share[-1] < 0.85
 
 
 @pytest.mark.parametrize("stood", [5, 30, 299])

@@ -112,7 +112,7 @@ def test_dragging_the_delay_up_drops_no_hand_and_a_step_would():
     assert 2.0 in set(running.value(rows, "user1.state"))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(
     st.sampled_from(["server.contact_stiffness", "server.contact_damping", "master.impedance"]),
     st.floats(0.0, 1.0),

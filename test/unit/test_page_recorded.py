@@ -127,11 +127,6 @@ def test_lag_is_told_until_it_changes_and_only_that_users():
     assert np.isfinite(rows["changed"][:, at["user2.lag"]]).all()
 
 
-def test_recording_of_other_users_has_no_page():
-    traces = simulated(SCENARIO)
-    assert recorded.replay_page(replace(traces, users=[]), SCENARIO, {}) is None
-
-
 @pytest.mark.parametrize("rows", [4000, 50])
 def test_page_in_a_file_holds_the_session_and_loads_nothing(monkeypatch, rows):
     monkeypatch.setattr(recorded, "ROWS", rows)

@@ -68,7 +68,7 @@ LATE_WALL = ("channel=plain", "server.coupling=one_frame_late")
 
 
 def test_wall_that_comes_late_shakes_the_device_though_its_channel_is_passive():
-    _, _, found = told("wall", 12, (*LATE_WALL, "server.contact_stiffness=2000"))
+    _, _, found = told("wall", 10, (*LATE_WALL, "server.contact_stiffness=2000"))
     unstable = [each for each in found if each["verdict"].startswith("Not stable, ")]
     assert unstable
     for each in unstable:
@@ -81,7 +81,6 @@ def test_wall_that_comes_late_shakes_the_device_though_its_channel_is_passive():
 @pytest.mark.parametrize(
     ("name", "texts"),
     [
-        ("direct_16ms", ()),
         ("carry_16ms", ()),
         ("wall", ("controller=direct", "link.delay_s=0.016")),
     ],
@@ -101,8 +100,7 @@ def test_window_that_holds_the_whole_session_is_judged_as_the_report_judges_it(n
     ("name", "seconds", "settings_texts"),
     [
         ("wall", 5, (*LATE_WALL, "server.contact_stiffness=500")),
-        ("carry_16ms", 9, ()),  # hands close, then carry
-        ("carry_16ms", 4, ("task.grip_rise_s=0.3",)),
+        ("carry_16ms", 7, ("task.grip_rise_s=0.3",)),  # hands close fast, then carry
     ],
 )
 def test_closing_and_carrying_hands_do_not_shake(name, seconds, settings_texts):
@@ -175,13 +173,13 @@ def test_energy_that_was_lent_is_named_with_what_no_link_gave_out():
 
 
 def test_what_a_hand_has_felt_is_told_as_the_report_tells_it():
-    scenario = load("wall", duration_s=5.0)
+    scenario = load("wall", duration_s=4.0)
     traces = simulated(scenario)
-    *_, (*_, last) = told("wall", 5)
+    *_, (*_, last) = told("wall", 4)
     said, whole = last["users"]["user1"]["felt"], felt(traces, traces.users[0], scenario)
     assert re.fullmatch(r"buzz .* N rms above 60 Hz, steps .* N in 1 ms, never below .* N", said)
     assert said == felt_words(whole._asdict())
-    *_, (*_, last) = told("wall", 5, ("link.loss=0.3",))  # the control
+    *_, (*_, last) = told("wall", 4, ("link.loss=0.3",))  # the control
     assert last["users"]["user1"]["felt"] != said
 
 
@@ -199,9 +197,9 @@ def test_hand_with_an_encoder_is_judged_by_its_true_motion_as_in_the_report():
 
 def test_delay_that_changes_under_load_is_noted_until_the_device_is_coupled_anew():
     """The distance keeps its old part: F tau/2b of the new delay is not what is seen."""
-    _, _, found = told("wall", 7, change=(5.0, "link.delay_s", 0.04))
+    _, _, found = told("wall", 6, change=(4.5, "link.delay_s", 0.04))
     notes = [each["users"]["user1"]["note"] for each in found]
-    assert notes[: 5000 // 128] == [""] * (5000 // 128)
+    assert notes[: 4500 // 128] == [""] * (4500 // 128)
     assert notes[-1].startswith("delay or impedance changed under load")
     _, _, found = told("wall", 3, change=(1.0, "link.delay_s", 0.04))  # before it touches
     assert {each["users"]["user1"]["note"] for each in found} == {""}

@@ -8,21 +8,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import signal
 from support.law_rigs import Port
 from support.port_parts import TICK_S, driven, master
-from support.strategies import signals
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.wave.filter_and_hold import (
-    cascade,
-    gain_of,
-    rest_of,
-    resting_cascade,
-    sections_of,
-)
 from pmwvc_core.params import BankParams, FilterParams, LocalModelParams, VelocityFilterParams
 from pmwvc_core.wave.filter_design import bank_filters
 
@@ -55,17 +45,6 @@ def test_the_filters_of_table_1_meet_their_edges():
     assert poles == [5, 8]
 
 
-@given(pole=st.floats(0.01, 2000.0))
-def test_the_complementary_pair_shares_the_power_of_every_frequency(pole):
-    found = bank_filters(BankParams(kind="complementary", split_rad_s=pole), tick_s=TICK_S)
-    low, high, low_down, high_down = found
-    frequency = np.linspace(0.0, 499.0, 50)
-    responses = [signal.sosfreqz(sos, frequency, fs=1.0 / TICK_S)[1] for sos in (low, high)]
-    np.testing.assert_allclose(np.sum(np.abs(responses) ** 2, axis=0), 1.0, atol=1e-9)
-    np.testing.assert_array_equal(low, low_down)
-    np.testing.assert_array_equal(high, high_down)
-
-
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
@@ -87,16 +66,6 @@ def test_a_pair_that_splits_the_wave_itself_goes_with_no_bank():
     params = dataclasses.replace(master("complementary"), velocity_filter=own)
     with pytest.raises(ParameterError, match=r"bank\.kind = complementary"):
         Port(params)
-
-
-@given(waves=signals(longest=30), order=st.integers(1, 5))
-def test_a_cascade_knows_its_output_up_to_the_input(waves, order):
-    p = sections_of(signal.butter(order, 0.3, output="sos"))
-    s = resting_cascade(p)
-    for u in waves.tolist():
-        expected = rest_of(s, p) + gain_of(p) * u
-        s, y = cascade(s, u, p)
-        assert y == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("kind", BANKS)

@@ -3,7 +3,6 @@
 """Position feedback: what it corrects, what it takes for the same place, what it may spend."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -11,8 +10,6 @@ from support.law_rigs import Port
 from support.packer import Packer
 
 from pmwvc_core.law.channel.constants import SPREAD_S
-from pmwvc_core.law.family import NOTHING, accounts
-from pmwvc_core.law.port.port_filters import Filtered, FilteredParams, part_up
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import FLAG_ANEW
 
@@ -166,55 +163,3 @@ def test_feedback_can_be_switched_on_while_running(kind):
     rig.frame(0.3, 0.1)
     assert rig.frame(0.3, 0.1) == [0.0] * M
     assert "position_spent" in rig.port.energies
-
-
-class Amplifier(NamedTuple):
-    """A part that gives the server more than it got."""
-
-    none: int
-
-
-@part_up.member(Amplifier)
-def _up(s, u, p, impedance):
-    return s, (1.5 * u[0],)
-
-
-@accounts.member(Amplifier)
-def _energies(s, p):
-    return ()
-
-
-@pytest.mark.parametrize("kind", PAID)
-def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
-    rig, rng = Rig(params(kind)), np.random.default_rng(4)
-    port = rig.port
-    port.s = port.s._replace(filters=Filtered(NOTHING, Amplifier(0), (0.0,), (0.0,)))
-    filters = FilteredParams(NOTHING, NOTHING, port.p.port.impedance)
-    port.p = port.p._replace(port=port.p.port._replace(filters=filters))
-    brought = hand = sent = 0.0
-    for _ in range(100):
-        sent += port.send() ** 2 * FRAME_S / 2
-        rig.sent += 1
-        x_s = float(rng.normal(0.0, 0.02))
-        packet = rig.server.pack(float(rng.normal(0.0, 0.3)), x_s, 0, echo=(rig.sent, 0, 0))
-        brought = packet.energy
-        port.on_packet(packet)
-        port.receive(packet.wave)
-        xd = float(rng.normal(0.0, 0.1))  # for a frame: its mean keeps all of the energy
-        for _ in range(M):
-            hand += port.tick(xd) * xd * TICK_S
-        assert brought + hand - sent >= -1e-12
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("dof", [2, 3])
-def test_motion_along_any_direction_is_that_of_one_axis(kind, dof):
-    rng = np.random.default_rng(6)
-    along = rng.normal(size=dof)
-    along /= np.linalg.norm(along)
-    one, several = Rig(params(kind)), Rig(params(kind), axes=dof)
-    for _ in range(40):
-        x, x_s, v, xd = (float(value) for value in rng.normal(0.0, [0.01, 0.01, 0.2, 0.1]))
-        forces = one.frame(x, x_s, v=v, xd=xd)
-        vectors = several.frame(x * along, x_s * along, v=v * along, xd=xd * along)
-        np.testing.assert_allclose(vectors, np.outer(forces, along), rtol=1e-8, atol=1e-11)

@@ -1,15 +1,24 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The end of a node's process: by a signal in order, by a refusal in one line, else loudly."""
+"""The end of a node's process: by a signal in order, by a refusal in one line, else loudly; child
+processes of a session end as they are told.
+"""
 
 import os
 import signal
+import sys
 import threading
+import time
+from pathlib import Path
 
 import pytest
+from rich.console import Console
 from std_msgs.msg import Bool
 from support.processes import isolate
 
+from pmwvc_bringup.scenarios import load
+from pmwvc_bringup.session import runner
+from pmwvc_bringup.session.processes import Children
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.params import MasterParams
 from pmwvc_core.runtime.parameters import declare
@@ -68,14 +77,6 @@ def test_an_unusable_setting_is_reported_in_one_line(capfd):
     assert run(work) == 2
     assert work.happened == ["run", "close"]
     assert capfd.readouterr().err.splitlines() == ["tried: no device plug one in"]
-
-
-def test_a_wrong_parameter_is_reported_in_one_line_and_nothing_runs(capfd):
-    work = Work(build=lambda node: declare(node, "master", MasterParams))
-    assert run(work, "-p", "master.impedance:=-1.0") == 2
-    assert work.happened == []
-    line = "tried: master.impedance = -1.0: must be 0.01..1000 N s/m"
-    assert capfd.readouterr().err.splitlines() == [line]
 
 
 def test_an_unknown_parameter_is_refused_and_the_work_let_go(capfd):
@@ -138,3 +139,77 @@ def test_words_in_front_of_the_ros_arguments_are_refused(words, capfd):
     message = capfd.readouterr().err
     assert message.startswith(f"tried: {' '.join(words)}: not understood; ")
     assert "--ros-args -p name:=value" in message
+
+
+# A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM. It wakes again
+# and again: a signal right before signal.pause() would be lost on it.
+OBEYS = "import time\nprint('ready', flush=True)\nwhile True: time.sleep(0.01)"
+REFUSES = (
+    "import signal\n"
+    "for n in (signal.SIGINT, signal.SIGTERM): signal.signal(n, signal.SIG_IGN)\n"
+    "print('ready', flush=True)\n"
+    "while True: signal.pause()"
+)
+
+
+def started(children: Children, name: str, code: str, folder: Path):
+    child = children.start(
+        name, [sys.executable, "-c", code], env=os.environ, log=folder / f"{name}.log"
+    )
+    while not child.has_logged("ready"):
+        assert child.running, child.log_tail()
+        time.sleep(0.01)
+    return child
+
+
+@pytest.fixture
+def children():
+    group = Children()
+    yield group
+    group.kill()
+
+
+@pytest.mark.parametrize("ignored", [False, True])
+def test_a_child_that_obeys_ends_by_the_first_signal(children, tmp_path, ignored):
+    """A shell lets a background command ignore SIGINT; its children must not inherit that."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.SIG_DFL)
+    try:
+        child = started(children, "one", OBEYS, tmp_path)
+        assert child.log_tail() == "ready"
+        child.process.send_signal(signal.SIGSTOP)  # it is woken to obey
+        (ended,) = children.stop(["one"])
+        assert (ended.name, ended.code) == ("one", -signal.SIGINT)
+        assert children.running() == []
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("hurried", [False, True])
+def test_a_child_that_refuses_is_killed(children, tmp_path, monkeypatch, hurried):
+    short = ((signal.SIGINT, 0.05), (signal.SIGTERM, 0.05), (signal.SIGKILL, 5.0))
+    if not hurried:
+        monkeypatch.setattr("pmwvc_bringup.session.processes.STOP_SIGNALS", short)
+    started(children, "stubborn", REFUSES, tmp_path)
+    (ending,) = children.stop(["stubborn"], hurried=lambda: hurried)
+    assert ending.signal == "SIGKILL"
+
+
+def test_an_ending_is_reported_once_with_signal_or_code(children, tmp_path):
+    killed = started(children, "one", OBEYS, tmp_path)
+    killed.process.kill()
+    command = [sys.executable, "-c", "raise SystemExit(3)"]
+    exited = children.start("two", command, env=os.environ, log=tmp_path / "log")
+    for child in (killed, exited):
+        child.process.wait()
+    ended = [str(ending) for ending in children.endings()]
+    assert ended == ["one was ended by SIGKILL", "two exited with 3"]
+    assert children.endings() == children.stop(["one", "two"]) == []
+
+
+def test_an_interrupt_that_a_library_swallowed_ends_a_session_before_it_begins(
+    tmp_path, monkeypatch
+):
+    for came in ([], [signal.SIGINT]):
+        monkeypatch.setattr(runner, "INTERRUPTS", came)
+        session = runner.NodeSession(load("carry_16ms"), tmp_path, console=Console())
+        assert session.interrupts.count == len(came)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.packer import Packer
 
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, LAST_NUMBER, Receipt
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, Receipt
 from pmwvc_core.transport.receiver import AHEAD, REMEMBERED, Receiver
 
 PERIOD_S = 0.008
@@ -36,21 +36,6 @@ def stream(count, *, epoch=1, start_ns=0):
 def proving(packet, sent_ns):
     """Return a packet that echoes one that was sent to it at an instant."""
     return dataclasses.replace(packet, echo_seq=1, echo_sent_ns=sent_ns)
-
-
-def test_a_restarted_sender_begins_anew_and_its_former_life_stays_over():
-    inbox = receiver()
-    old, new = stream(5, epoch=1), stream(5, epoch=2)
-    for n in range(3):
-        inbox.push(old[n], n)
-    later = 10**8
-    assert inbox.push(new[0], later) is Receipt.STRANGER
-    assert inbox.push(proving(new[1], 2), later + 1) is Receipt.STRANGER  # sent, then taken
-    assert inbox.push(proving(new[2], later), later + 2) is Receipt.NEW_EPOCH
-    for n in range(40):  # whatever comes of the former life, and however long
-        assert inbox.push(proving(old[3 + n % 2], 2), 20 * later + n) is Receipt.STRANGER
-    assert inbox.push(new[3], later + 5) is Receipt.ACCEPTED
-    assert taken(inbox) == 4.0 and inbox.newest.epoch == 2
 
 
 def test_an_echo_of_what_was_never_sent_yet_proves_nothing():
@@ -129,32 +114,6 @@ def test_one_poisoned_packet_cannot_lock_the_receiver(poison, refused):
     # until one was made after the poisoned one came
     assert verdicts == [Receipt.REORDERED] * refused + [Receipt.ACCEPTED] * (38 - refused)
     assert taken(inbox) == 40.0
-
-
-def test_after_the_last_number_they_begin_anew():
-    inbox = receiver()
-    packer = Packer(1, period=PERIOD_S)
-    packer.seq = LAST_NUMBER - 3
-    packets = [packer.pack(float(n), 0.0, n * PERIOD_NS) for n in range(6)]
-    assert [packet.seq for packet in packets[2:4]] == [LAST_NUMBER, 1]
-    for packet in (packets[0], *packets[2:]):
-        assert inbox.push(packet, 0) in (Receipt.NEW_EPOCH, Receipt.ACCEPTED)
-    assert inbox.lost == 1
-    assert inbox.push(packets[1], 1) is Receipt.REORDERED
-    assert inbox.lost == 0
-    assert {inbox.push(packet, 10**9) for packet in packets} == {Receipt.DUPLICATE}
-    assert taken(inbox) == 5.0
-
-
-def test_a_sender_that_has_left_comes_back_only_by_a_proof():
-    inbox = receiver()
-    packets = stream(20)
-    inbox.push(packets[0], 0)
-    inbox.push(dataclasses.replace(packets[10], flags=FLAG_LEAVING), 1)
-    for n, packet in enumerate([*packets[1:10], *packets[11:]]):
-        assert inbox.push(packet, 10**9 + n) is Receipt.STALE
-    assert inbox.challenges(10**9 + 30) and taken(inbox) == 11.0
-    assert inbox.push(proving(packets[12], 10**9 + 30), 10**9 + 40) is Receipt.ACCEPTED
 
 
 def test_a_challenge_is_heard_and_never_followed():
@@ -248,17 +207,6 @@ def test_another_sender_takes_over_after_silence_and_only_if_it_hears(senders, t
     assert {epoch for now, epoch in found if now > taken} == {2}
 
 
-def test_a_stray_that_comes_during_an_outage_does_not_take_over():
-    inbox = receiver()
-    before, stray = Sender(1, end_ns=SECOND_NS), Sender(2, hears=False)
-    followed(inbox, before)
-    for now_ns, packet in stray.packets():
-        if SECOND_NS < now_ns < 2 * SECOND_NS:
-            assert inbox.push(packet, now_ns) is Receipt.STRANGER
-    back = before.packer.pack(1.0, 0.0, 2 * SECOND_NS)
-    assert inbox.push(back, 2 * SECOND_NS) is Receipt.ACCEPTED
-
-
 def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
     inbox = receiver()
     draw = random.Random(7)
@@ -273,20 +221,6 @@ def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
         assert inbox.newest.wave == 1.0
     assert inbox.counts[Receipt.STRANGER] == 5000
     assert len(inbox.strangers) == REMEMBERED
-
-
-def test_after_a_goodbye_the_next_sender_begins_as_soon_as_it_was_challenged():
-    inbox = receiver()
-    old, new = Sender(1), Sender(2)
-    for n in range(5):
-        inbox.push(old.packet(n), n)
-    inbox.push(old.packet(5, FLAG_LEAVING), 5)
-    assert not inbox.challenges(6)
-    assert inbox.push(new.packer.pack(2.0, 0.0, 6), 6) is Receipt.STRANGER
-    assert inbox.challenges(7)
-    answer = new.packer.pack(2.0, 0.0, 8, echo=(1, 7, 0))
-    assert inbox.push(answer, 9) is Receipt.NEW_EPOCH
-    assert not inbox.challenges(10)
 
 
 def test_both_ends_that_were_started_again_find_each_other():

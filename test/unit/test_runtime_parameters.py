@@ -155,16 +155,6 @@ def test_a_conflict_is_named_with_the_group():
         declare(peer.node, "master", MasterParams)
 
 
-def test_a_misspelt_name_is_refused_with_the_nearest_right_one():
-    with node_given(master__impedence=3.0, use_sim_time=False) as peer:
-        declare(peer.node, "master", MasterParams)
-        with pytest.raises(ParameterError) as caught:
-            refuse_undeclared(peer.node)
-    assert str(caught.value) == (
-        "master.impedence: there is no such parameter; did you mean master.impedance?"
-    )
-
-
 def test_right_names_are_not_refused():
     with node_given(master__impedance=3.0, users=["a"], seed=7) as peer:
         declare(peer.node, "master", MasterParams)

@@ -6,14 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from support.law_rigs import ForceLimits, Port
+from support.law_rigs import ForceLimits
 
 from pmwvc_core.law.safety.limits import RETURN_S
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 
 TICK_S = 0.001
-SLEW = 2000.0 * TICK_S
 
 
 def coupled(**params):
@@ -24,14 +22,6 @@ def coupled(**params):
     return rig
 
 
-def test_no_force_before_the_server_has_answered():
-    rig = ForceLimits()
-    assert rig(5.0, coupled=False, silence_s=math.inf, ticks=100) == 0.0
-    assert rig.state == SafetyState.STARTING
-    assert "waiting for the server" in rig.reason
-    assert rig.events == 0 and not rig.ready
-
-
 def test_the_force_rises_from_zero_over_the_soft_start():
     rig = ForceLimits(soft_start_s=0.5)
     forces = np.array([rig(2.0) for _ in range(500)])
@@ -39,14 +29,6 @@ def test_the_force_rises_from_zero_over_the_soft_start():
     assert rig.reason == "soft start" or rig.state == SafetyState.COUPLED
     assert rig(2.0, ticks=2) == 2.0 and rig.ready
     assert (rig.state, rig.events) == (SafetyState.COUPLED, 0)
-
-
-def test_a_change_of_force_is_spread_over_ticks():
-    rig = coupled()
-    forces = [rig(7.0) for _ in range(5)]
-    assert forces == pytest.approx([2.0, 4.0, 6.0, 7.0, 7.0])
-    assert forces[-1] == 7.0
-    assert rig.events == 1
 
 
 def test_above_the_damper_speed_a_force_may_only_brake():
@@ -132,49 +114,6 @@ def test_other_limits_are_taken_over_without_a_step():
     assert rig.state == SafetyState.COUPLED
 
 
-def test_a_whole_session_never_makes_a_step():
-    """Start, first answer, grip, silence, damping, let go, server back: within the slew limit."""
-    port = Port(
-        MasterParams(impedance=25.0, rate_drop=8, hold="foh", filter=FilterParams(kind="none"))
-    )
-    rig = ForceLimits(release_s=1.0)
-    seen, forces = [], [0.0]
-
-    def run(seconds, wave, xd, *, silence=None, coupled=True):
-        for number in range(round(seconds / TICK_S)):
-            silence_s = 0.0 if silence is None else silence + number * TICK_S
-            if number % 8 == 0:
-                port.silence() if silence_s > 0.03 else port.receive(wave)
-            asked = port.step(0.0, xd)
-            forces.append(rig(asked, xd, silence_s=silence_s, coupled=coupled))
-            port.applied(forces[-1])
-            if not seen or seen[-1] != (rig.state, rig.reason):
-                seen.append((rig.state, rig.reason))
-        return forces[-1]
-
-    held = -2.0 / math.sqrt(50.0)
-    assert run(0.2, 0.0, 0.0, silence=math.inf, coupled=False) == 0.0
-    assert run(0.25, held, 0.0) == pytest.approx(1.0, rel=0.01)  # half of the soft start
-    assert run(0.75, held, 0.0) == pytest.approx(2.0)
-    assert run(0.03, held, 0.0, silence=0.0005) == pytest.approx(2.0)
-    assert run(0.03, held, 0.0, silence=0.0305) == 0.0  # v = 0 and no motion
-    assert run(0.5, held, 0.02, silence=0.0605) == pytest.approx(25.0 * 0.02)
-    assert run(1.2, held, 0.02, silence=0.5605) == 0.0
-    assert run(0.001, held, 0.02) < 0.02
-    assert run(0.6, held, 0.02) == pytest.approx(2.5)
-    assert np.abs(np.diff(forces)).max() <= SLEW + 1e-12
-    assert [state for state, _ in seen] == [
-        SafetyState.STARTING,  # waiting
-        SafetyState.STARTING,  # soft start
-        SafetyState.COUPLED,
-        SafetyState.DAMPING,  # silent
-        SafetyState.DAMPING,  # let go
-        SafetyState.STARTING,
-        SafetyState.COUPLED,
-    ]
-    assert len({reason for _, reason in seen}) == 5
-
-
 @pytest.mark.parametrize(("silent_ticks", "left"), [(1, 0.95), (10, 0.5), (20, 0.0), (200, 0.0)])
 def test_after_a_silence_the_force_goes_on_from_what_had_not_faded(silent_ticks, left):
     rig = coupled()
@@ -183,21 +122,6 @@ def test_after_a_silence_the_force_goes_on_from_what_had_not_faded(silent_ticks,
     rise = TICK_S / RETURN_S
     assert rig(2.0) == pytest.approx(2.0 * (left + rise), abs=1e-9)
     assert rig(2.0, ticks=9) == pytest.approx(2.0 * min(left + 10 * rise, 1.0), abs=1e-9)
-
-
-def test_only_a_silence_of_the_same_server_ends_faster_than_a_soft_start():
-    slow = 2.0 * TICK_S / SafetyParams().soft_start_s
-    other = coupled()
-    other(2.0, silence_s=0.05, ticks=50)
-    other.restart()
-    assert other(2.0, ticks=21) == pytest.approx(21 * slow)
-    fast = coupled()
-    fast(2.0, xd=1.2, silence_s=0.05, ticks=50)
-    assert fast(2.0) == pytest.approx(slow)
-    first = ForceLimits()
-    first(2.0, ticks=10)
-    first(2.0, silence_s=0.05, ticks=50)
-    assert first(2.0) == pytest.approx(slow)
 
 
 def test_a_force_from_before_another_server_fades_in_20_ms():

@@ -1,13 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The verdict on stability where safety limits took over."""
+"""The verdict on stability where safety limits took over, and where packets came late."""
 
 import numpy as np
 import pytest
 from support import handmade
 from support.handmade import oscillating, session
 
+from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.frame import LIVE
+from pmwvc_core.network.in_flight import RecordedFate, RecordedLink
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.session import simulate_one
 
 
 def judged(traces):
@@ -90,3 +96,75 @@ def test_a_force_that_returns_after_a_stall_was_not_braked_for_speed():
         user.state[block] = 0
         user.reason[block] = "soft start"
     assert judged(traces) is None
+
+
+DOWN = "/user1/wave_down"
+LATE_S = (2.1, 2.7, 3.3)  # packets of the first user that come 30 ms late
+
+
+def with_late_packets(traces):
+    packets = traces.packets[DOWN]
+    for late_s in LATE_S:
+        rows = (packets.time_s >= late_s) & (packets.time_s < late_s + 0.03)
+        packets.time_s[rows] = late_s + 0.03
+    return traces
+
+
+@pytest.mark.parametrize("hertz", [8.0, 30.0])
+def test_motion_beside_late_packets_is_not_judged(hertz):
+    shaken = oscillating(session(), rms_m_s=5e-3, hertz=hertz)
+    assert verdict(shaken, handmade.scenario()).stable is False
+    found = verdict(with_late_packets(shaken), handmade.scenario())
+    assert found.stable is None and "late packets" in found.why
+
+
+def stalled_link(rng, *, frame_s, length_s):
+    """Return a link that lets nothing out now and then, and then all of it at once."""
+    stalls, at_s = [], 0.0
+    while at_s < length_s:
+        at_s += rng.exponential(0.5)
+        stalls.append((at_s, at_s + rng.choice([0.01, 0.03, 0.06, 0.1, 0.15, 0.3])))
+        at_s = stalls[-1][1]
+    record = {}
+    for number in range(1, round(length_s / frame_s) + 3):
+        sent_s = out_s = (number - 1) * frame_s
+        for from_s, until_s in stalls:
+            out_s = until_s if from_s <= out_s < until_s else out_s
+        record[number] = (RecordedFate(round((out_s - sent_s) * 1e9)),)
+    return RecordedLink(record)
+
+
+def stalled(scenario, seed):
+    """Simulate a scenario of one user whose links stall."""
+    rng = np.random.default_rng(seed)
+    frame_s = scenario.users[0].master.frame_s
+    links = {
+        f"user1/{way}": stalled_link(rng, frame_s=frame_s, length_s=scenario.duration_s)
+        for way in ("up", "down")
+    }
+    made = {name: (lambda link=link: link) for name, link in links.items()}
+    return simulate_one(scenario, Conditions(schedule=LIVE, links=made))
+
+
+# of 400, those whose motion has one frequency, or which end in a stall
+SEEDS = (140, 180, 210, 364)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_loop_that_settles_is_never_blamed_for_what_stalls_set_off(seed):
+    scenario = load("wall_slow", settings_texts=["channel=strict"], duration_s=3.5)
+    found = verdict(stalled(scenario, seed), scenario)
+    assert found.stable is not False, (found.instability, found.why)
+
+
+def test_what_has_not_come_by_the_end_is_waited_for():
+    traces = session()
+    packets = traces.packets[DOWN]
+    assert waited([packets], 2.0, 4.0) == 0.0
+    packets.time_s[packets.time_s > 3.5] = np.inf  # none of them came
+    here = np.isfinite(packets.time_s)
+    for name in ("time_s", "seq", "epoch", "period_s"):
+        setattr(packets, name, getattr(packets, name)[here])
+    last_s = packets.time_s[-1]
+    assert waited([packets], 2.0, 4.0) == pytest.approx((4.0 - last_s) / 2.0)
+    assert waited([packets], 2.0, 10.0) == 0.0  # nobody is there any more

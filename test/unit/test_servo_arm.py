@@ -105,13 +105,6 @@ def test_a_bus_that_falls_silent_or_garbles_makes_samples_invalid_until_it_speak
         until(valid)
 
 
-def test_a_loop_that_stalls_leaves_no_torque_on_the_motors(arm):
-    servos, opened = arm
-    device = opened()
-    until(lambda: device.write(np.array([-1.0, 0.0])) or any(servos.torque.values()))
-    until(lambda: not any(servos.torque.values()))  # nobody writes
-
-
 def test_two_masters_on_one_bus_are_refused_by_its_port_and_no_arm_is_named(arm):
     servos, opened = arm
     opened()

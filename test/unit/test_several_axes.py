@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 from support import plain as scenarios
-from support.simulated import judged, quick_summary, simulated
+from support.simulated import judged, quick_summary, simulated, unsearched
 from support.strategies import text_of
 
 from pmwvc_analysis.prediction.prediction import prediction
@@ -150,7 +150,9 @@ def test_what_is_foretold_of_a_diagonal_matrix_is_what_a_force_along_the_first_a
 @pytest.mark.parametrize(("first", "stable"), [(30.0, True), (600.0, False)])
 def test_one_axis_on_which_b_t_over_m_is_above_2_is_enough(first, stable):
     solved = {"server.coupling": "implicit", "device.damping": 0.3}
-    assert foretold(matrix=[[first, 0.0], [0.0, 10.0]], **solved)["stable"] is stable
+    with unsearched():
+        found = foretold(matrix=[[first, 0.0], [0.0, 10.0]], **solved)
+    assert found["stable"] is stable
 
 
 def foretold(**values):

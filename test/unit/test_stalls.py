@@ -12,8 +12,8 @@ from pmwvc_core.params import SafetyParams
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 
-FRAME_S, DELAY_S, LENGTH_S = 0.008, 0.016, 8.0
-STALLS_S = (3.0, 5.0)
+FRAME_S, DELAY_S, LENGTH_S = 0.008, 0.016, 7.0
+STALLS_S = (3.0, 4.5)
 
 
 def stalled_link(pause_s):
@@ -42,14 +42,9 @@ def force_and_offset(traces):
     return float(user.f_applied[-1000:].mean()), float(user.x_m[-1000:].mean() - x_s[-125:].mean())
 
 
-@pytest.fixture(scope="module")
-def undisturbed():
-    return force_and_offset(carried(0.0))
-
-
-@pytest.mark.parametrize("links", [("user1/down",), ("user1/up",), ("user1/up", "user1/down")])
-def test_two_stalls_of_25_ms_cost_no_grip(undisturbed, links):
-    force, offset = force_and_offset(carried(0.025, *links))
+def test_two_stalls_of_25_ms_cost_no_grip():
+    undisturbed = force_and_offset(carried(0.0))
+    force, offset = force_and_offset(carried(0.025, "user1/up", "user1/down"))
     assert force == pytest.approx(undisturbed[0], rel=0.02)
     assert offset == pytest.approx(undisturbed[1], abs=1e-4)
 

@@ -163,12 +163,6 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy(fake, monkeypatch, sta
     assert fake.opened(serial="S-1").read(time.monotonic_ns()).valid
 
 
-def test_millimetres_that_are_metres_are_refused_when_opened(fake):
-    fake.vector("position")[1] = 20000.0
-    with pytest.raises(DeviceError, match=r"touch: position .*are these mm"):
-        fake.opened()
-
-
 def test_a_calibration_that_the_library_can_do_is_done(fake):
     fake["calibration"] = 0x5001
     fake.opened()

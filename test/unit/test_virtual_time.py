@@ -1,16 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The order of sending, steps and ticks in virtual time, on the grid and as a session ran."""
+"""Sessions in virtual time: the order of ticks as a session ran, results in the order
+asked for.
+"""
 
 import numpy as np
 import pytest
 
 from pmwvc_bringup import scenarios
-from pmwvc_core.frame import LIVE
 from pmwvc_core.master.safety import SafetyState
-from pmwvc_core.simulation.conditions import Conditions, Steps
-from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.network.link import Link
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.session import simulate, simulate_one
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
+from pmwvc_core.transport.packet import size_bytes
 
 MS = 1_000_000
 TICKS = 16
@@ -61,37 +65,6 @@ def of(rows, what, who=0):
     return [(time, tick) for time, kind, whose, tick in rows if (kind, whose) == (what, who)]
 
 
-def test_the_order_of_a_frame_is_send_serve_tick():
-    first = [row[1:3] for row in ran() if row[0] == 8 * MS]
-    assert first[:3] == [("SEND", 0), ("SEND", 1), ("SERVE", 0)]
-    assert first[3:] == [("TICK", 0), ("TICK", 1)]
-
-
-def test_every_tick_runs_once_and_frames_send_once():
-    rows = ran("user1.master.rate_drop=4", first=3)
-    for who, first in enumerate((3, 0)):
-        assert [tick for _, tick in of(rows, "TICK", who)] == list(range(first, TICKS))
-    assert [tick for _, tick in of(rows, "SEND")] == [3, 7, 11, 15]
-
-
-def test_live_phases_put_the_step_after_two_ticks():
-    rows = ran(schedule=LIVE)
-    assert of(rows, "SERVE") == [(2 * MS, 2), (10 * MS, 10)]
-
-
-def test_events_come_in_the_order_in_which_loops_really_ran():
-    times = np.arange(TICKS) * MS
-    times[2:5] = [int(5.2 * MS), int(5.7 * MS), int(6.2 * MS)]  # late, and catching up
-    times[5:8] = [int(6.7 * MS), int(7.2 * MS), int(7.7 * MS)]
-    steps = Steps(np.array([2, 10]), np.array([2 * MS, 10 * MS + 300]), np.full(2, 0.008))
-    rows = ran(schedule=LIVE, ran_ns=times, steps=steps)
-    own = [row for row in rows if row[2] == 0]
-    assert [row[0] for row in own] == sorted(row[0] for row in own)
-    kinds = [(kind, tick) for _, kind, _, tick in own]
-    assert kinds.index(("SERVE", 2)) < kinds.index(("TICK", 2))
-    assert kinds.index(("TICK", 10)) < kinds.index(("SERVE", 10))
-
-
 def test_a_missed_tick_passes_when_the_loop_runs_again():
     times = np.arange(TICKS) * MS
     times[6:10] = -1  # the end of one frame and the start of the next
@@ -110,14 +83,6 @@ def test_a_device_stands_still_beyond_a_tenth_of_a_second_as_a_live_one_does():
     assert of(rows, "PASS") == [(140 * MS, k) for k in range(2, 11)]
 
 
-def test_ticks_before_the_first_and_after_the_last_are_not_missed():
-    times = np.full(TICKS, -1)
-    times[3:12] = np.arange(3, 12) * MS
-    rows = ran(ran_ns=times, first=2)
-    assert not of(rows, "PASS")
-    assert [tick for _, tick in of(rows, "TICK")] == list(range(3, 12))
-
-
 @pytest.mark.parametrize("channel", ["plain", "strict"])
 def test_a_packet_is_taken_at_the_tick_at_which_it_comes(channel):
     texts = [f"channel={channel}", "link.delay_s=0.003"]
@@ -134,3 +99,42 @@ def test_frames_longer_than_the_time_of_silence_leave_users_coupled(channel):
     assert scenario.users[0].safety.timeout_s < scenario.users[0].master.frame_s
     for user in simulate_one(scenario).users:
         assert (user.state[user.block_time_s > 1.0] == SafetyState.COUPLED).all()
+
+
+SHORT = {
+    "name": "short",
+    "duration_s": 1.5,
+    "controller": "pmwvc",
+    "channel": "plain",
+    "users": 2,
+    "task": {"kind": "hold", "grip_s": 0.1, "grip_rise_s": 0.2},
+}
+
+
+def test_results_come_in_the_order_asked_for_whatever_the_batches():
+    scenarios = [
+        parse_scenario(SHORT | {"duration_s": duration}, overrides={"server.object_mass": mass})
+        for duration, mass in ((0.2, 1.0), (0.1, 1.0), (0.2, 2.0), (0.1, 2.0))
+    ]
+    shares = []
+    kept = simulate(scenarios, keep=lambda traces, _: traces.duration_s, progress=shares.append)
+    assert kept == [0.2, 0.1, 0.2, 0.1]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_the_links_of_a_session_have_the_fates_of_the_link_alone():
+    scenario = parse_scenario(SHORT | {"link": {"loss": 0.2, "duplicate": 0.1, "delay_s": 0.005}})
+    seen = simulate_one(scenario).fates["user2/down"]
+    link = Link(scenario.users[1].link_down, seed=(scenario.seed, 1, 1))
+    times = seen.time_in_ns[seen.fate != 2]
+    alone = [f for time in times for f in link.send(None, int(time), size_bytes=size_bytes(1))]
+    assert [int(fate.kind) for fate in alone] == seen.fate.tolist()
+    assert {0, 1, 2} == set(seen.fate.tolist())
+
+
+def test_without_operators_nothing_moves_and_no_energy_flows():
+    scenario = parse_scenario(SHORT | {"operator": {"kind": "none"}})
+    traces = simulate_one(scenario)
+    assert not traces.server.x_o.any()
+    assert all(not user.f_applied.any() and not user.u_m.any() for user in traces.users)

@@ -1,20 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the command line answers to a mistake, and how it prints numbers at the edge of reading."""
+"""What the command line answers to a mistake, how it prints numbers at the edge of reading, and
+what a terminal shows of work that lasts.
+"""
 
-import os
-import stat
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 from support.plain import load
 
 from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_words
 from pmwvc_bringup import cli, scenarios
+from pmwvc_bringup.output import doing
+from pmwvc_bringup.session.terminal import user_words
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import hint
-from pmwvc_core.runtime.token_files import write_session
 from pmwvc_core.words import cell, quantity, share
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,6 +35,9 @@ ROOT = Path(__file__).resolve().parents[2]
         ("xyzxyz=30", "there is no such parameter", "did you mean"),
         ("link.loss=5", "5 % is 0.05", "did you mean"),
         ("link.loss=-1", "must be", "%"),
+        ("user1.server.contact_stifness=3", "mean user1.server.contact_stiffness?", "%"),
+        ("link.prest=lte", "did you mean link.preset?", "%"),
+        ("user1.dof=2", "shared by all", "did you mean"),
     ],
 )
 def test_a_wrong_setting_gets_the_way_out_that_fits(setting, told, not_told):
@@ -52,15 +58,6 @@ def test_one_name_given_twice_is_a_mistake(capfd):
         cli.main([*words, "link.loss=0.2"])
     assert "--set link.loss=0.2: link.loss is given twice" in capfd.readouterr().err
     assert cli.main([*words, "link.up.loss=0.2"]) == 0
-
-
-def test_a_key_is_for_its_owner_whatever_files_are_by_default(tmp_path):
-    before = os.umask(0)
-    try:
-        files = write_session(tmp_path / "keys", ["user1"])
-    finally:
-        os.umask(before)
-    assert {stat.S_IMODE(file.stat().st_mode) for file in files} == {0o600}
 
 
 @pytest.mark.parametrize(
@@ -109,3 +106,29 @@ def test_every_table_of_a_report_that_scrolls_is_reached_by_keyboard():
     assert sum(text.count('class="scroll"') for text in texts) > 10
     for text in texts:
         assert text.count('class="scroll"') == text.count('class="scroll" tabindex="0"')
+
+
+def test_a_terminal_shows_a_bar_of_each_part_and_is_left_as_it_was():
+    stream = io.StringIO()
+    console = Console(file=stream, force_terminal=True, force_interactive=True, width=80)
+    with doing("simulating", console) as work:
+        work(0.5)
+        assert "simulating" in stream.getvalue() and "100%" not in stream.getvalue()
+        work.part("drawing")
+        work(1.0)
+    assert "drawing" in stream.getvalue() and "100%" in stream.getvalue()
+    assert stream.getvalue().endswith("\x1b[1A\x1b[2K")  # the bar's line is erased
+
+
+def test_nothing_of_it_is_written_where_there_is_no_terminal():
+    stream = io.StringIO()
+    with doing("reading", Console(file=stream)) as work:
+        work(0.3)
+        work.part("drawing")
+    assert stream.getvalue() == ""
+
+
+def test_a_line_shows_all_of_a_user():
+    text = user_words("user1", 1000.4, 125.0, (0.0172, 0.0168), -1.5, 1, True)
+    assert text == "user1 1000 Hz 125/s 17.2/16.8 ms -1.50 N coupled, contact"
+    assert user_words("user2", None, None, None, None, None, False) == "user2 - - - - no data"

@@ -3,10 +3,7 @@
 """Session folders being written: chunks, metadata, full disks, killed processes, queues."""
 
 import gc
-import multiprocessing
-import os
 import resource
-import signal
 import struct
 import tracemalloc
 from contextlib import contextmanager
@@ -139,27 +136,6 @@ def test_running_out_of_space_ends_in_good_order(tmp_path, monkeypatch):
     writer.close()
     assert writer.refused == 5
     assert stored(writer.path)[0] == packets(10) and stored(writer.path)[1].whole
-
-
-def die_recording(folder):
-    writer = begun(folder)
-    write_some(writer, 100)
-    writer.flush()
-    writer.refresh_metadata()
-    write_some(writer, 10, first=101)
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def test_a_killed_process_leaves_everything_it_flushed(tmp_path):
-    killed = multiprocessing.get_context("fork").Process(target=die_recording, args=(tmp_path,))
-    killed.start()
-    killed.join()
-    assert killed.exitcode == -signal.SIGKILL
-    found, salvage = stored(tmp_path / "session.mcap")
-    assert found == packets(100) and salvage.end is not None
-    assert salvage.metadata["session"] == {"source": "live"}
-    content = yaml.safe_load((tmp_path / "metadata.yaml").read_text())
-    assert content["rosbag2_bagfile_information"]["message_count"] == 100
 
 
 def test_memory_does_not_grow_with_the_messages(tmp_path):

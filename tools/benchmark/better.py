@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the strict channel is not the best: by network, task and figure, by how much, and what the
-numbers of the same sessions say of the reason.
+"""Where the strict channel is not the best: by network, task and figure, by how much, and the
+reasons that other numbers of the same sessions give.
 """
 
+import csv
+import io
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -83,40 +86,48 @@ def _value(study: Study, method: str, task: str, network: str, column: Column) -
 
 
 def words(study: Study) -> str:
-    """Return a table for each task: where on the held-out networks another method is better."""
+    """Return a table: for each task and figure, on how many held-out networks which other methods
+    are better, and for which reasons.
+    """
     found = places(study, study.held_out)
-    text = []
-    for task in dict.fromkeys(place.task for place in found):
-        of_task = [place for place in found if place.task == task]
-        columns = list(dict.fromkeys(place.column for place in of_task))
-        lines = [
-            ["network", *(column.label for column in columns), "why"],
-            ["---"] * (len(columns) + 2),
-        ]
-        for network in dict.fromkeys(place.network for place in of_task):
-            here = {place.column: place for place in of_task if place.network == network}
-            cells = [_cell(here[column]) if column in here else "-" for column in columns]
-            lines.append([network, *cells, "; ".join(_why(study, list(here.values())))])
-        rows = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
-        text.append(f"### {task}\n\n{rows}")
-    return "\n".join(text) or "Nowhere.\n"
+    if not found:
+        return "Nowhere.\n"
+    lines = ["| task | figure | networks | best method | reasons |\n|---|---|---|---|---|\n"]
+    tasks = [*study.plan.tasks, "walls"]
+    figures = dict.fromkeys((place.task, place.column) for place in found)
+    for task, column in sorted(figures, key=lambda figure: tasks.index(figure[0])):
+        here = [place for place in found if (place.task, place.column) == (task, column)]
+        methods = Counter(f"`{place.method}`" for place in here)
+        kinds = Counter(kind for place in here for kind in _why(study, place))
+        figure = column.label.partition(" [")[0]
+        cells = (task, figure, f"{len(here)}", _times(methods), _times(kinds))
+        lines.append(f"| {' | '.join(cells)} |\n")
+    return "".join(lines)
 
 
-def _why(study: Study, here: Sequence[Place]) -> list[str]:
-    """Return the reasons of the places of a network and task, each once."""
-    found: dict[str, None] = {}
-    defaults: list[str] = []
-    for place in (place for place in here if place.task != "walls"):
-        of = study, place.network, place.task, place.column
-        found |= dict.fromkeys(reasons(*of, place.method))
-        defaults += settings(*of, place.ours)
-    if defaults:
-        found[f"settings: with its defaults {', '.join(defaults)}"] = None
-    return list(found) or ["no other number tells"]
+def _times(found: Counter[str]) -> str:
+    return ", ".join(f"{name} {times}" for name, times in found.most_common())
 
 
-def _cell(place: Place) -> str:
-    return f"`{place.method}` {number(place.other)} ({number(place.ours)})"
+def listed(study: Study) -> str:
+    """Return every network and figure in which another method is better, as CSV."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["task", "network", "figure", "method", "median", OURS, "reasons"])
+    for place in places(study, study.held_out):
+        reasons = "; ".join(f"{kind}: {amount}" for kind, amount in _why(study, place).items())
+        numbers = number(place.other), number(place.ours)
+        figure = place.column.label
+        writer.writerow([place.task, place.network, figure, place.method, *numbers, reasons])
+    return stream.getvalue()
+
+
+def _why(study: Study, place: Place) -> dict[str, str]:
+    """Return the reasons of a place by kind."""
+    if place.task == "walls":
+        return {}
+    of = study, place.network, place.task, place.column
+    return dict(reasons(*of, place.method)) | settings(*of, place.ours)
 
 
 def counted(study: Study) -> str:
@@ -139,7 +150,7 @@ def counted(study: Study) -> str:
     text = f"Another method is better in {len(found)} of {total} figures"
     text += f" ({each}). " if found else ". "
     text += (
-        "Methods of which more than half of the sessions of any task fail or are restless on a "
-        f"network do not count there; with them it would be {len(also)}."
+        "A method does not count on a network where more than half of its sessions at any task "
+        f"fail or are restless; with those it would be {len(also)}."
     )
     return text + (f" `{OURS}` has failed sessions on {', '.join(fails)}." if fails else "")

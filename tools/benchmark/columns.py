@@ -125,7 +125,9 @@ def number(value: float) -> str:
         return "unknown"
     if abs(value) < ROUNDING:
         return "0"
-    return f"{value:.3g}" if math.isfinite(value) else "fails"
+    if not math.isfinite(value):
+        return "fails"
+    return f"{value:.3g}" if abs(value) < 1e3 else f"{float(f'{value:.3g}'):.0f}"
 
 
 ROUNDING = 1e-9  # in the unit of the column: shown as 0

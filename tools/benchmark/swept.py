@@ -5,6 +5,7 @@
 import numpy as np
 
 from benchmark.networks import Found, Group
+from pmwvc_core.numeric import Array
 from pmwvc_core.words import count, listed
 
 PAGE = "benchmark_networks.md"
@@ -15,7 +16,7 @@ HEAD = """# Energy on every network
 
 The task of the [benchmark](benchmark.md) with default gains, {seconds:g} s a session, the same
 hands and packet outcomes for all channels. Minimum energy balance of uplink, downlink and hand
-port of each user, at every server step. Written by {origin}.
+port of each user, with the declared storage, at every server step. Written by {origin}.
 
 """
 Sweep = dict[Group, Found]
@@ -62,11 +63,11 @@ def table(found: Sweep) -> str:
     channels = list(dict.fromkeys(group.channel for group in found))
     lines = [
         f"Each cell: {' / '.join(f'`{channel}`' for channel in channels)}; medians, largest in "
-        "brackets.",
+        "brackets where there are more sessions than one.",
         "",
-        "| network | minimum balance [mJ] | below -1 nJ | offset at the end [mm] | peak force [N] "
+        "| network | minimum balance [mJ] | offset at the end [mm] | peak force [N] "
         "| step of force [N] |",
-        "|---|---|---|---|---|---|",
+        "|---|---|---|---|---|",
     ]
     for network in dict.fromkeys(group.network for group in found):
         cells = [_cells(found, network, channel) for channel in channels]
@@ -80,7 +81,7 @@ def _cells(found: Sweep, network: str, channel: str) -> list[str]:
     """Return the cells of a network and channel."""
     of = [one for g, one in found.items() if (g.network, g.channel) == (network, channel)]
     if not of:
-        return ["-"] * 5
+        return ["-"] * 4
     least = np.concatenate([one.least_j for one in of])
     numbers = (
         1e3 * np.concatenate([one.apart_m for one in of]),
@@ -89,6 +90,9 @@ def _cells(found: Sweep, network: str, channel: str) -> list[str]:
     )
     return [
         f"{1e3 * least.min():.3g}" if least.min() < -ROUNDING_J else "0",
-        f"{np.sum(least < LEAST_J)} of {len(least)}",
-        *(f"{np.median(each):.2f} ({each.max():.2f})" for each in numbers),
+        *(f"{np.median(each):.2f}" + _largest(each) for each in numbers),
     ]
+
+
+def _largest(each: Array) -> str:
+    return f" ({each.max():.2f})" if len(each) > 1 else ""

@@ -24,20 +24,20 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 HEAD = """# Faults
 
 Injected faults, requirement and result. Two hands carry a cube on the strict channel, 16 ms each
-way, 18 s of virtual time. *Live* rows run real processes on one machine ({machine}), so
-their numbers vary.
-`make faults` repeats all and writes this page (about ten minutes);
+way, for 18 s of virtual time. *Live* rows run real processes on one machine ({machine}); their
+numbers vary. `make faults` repeats all and writes this page (about ten minutes);
 `PYTHONPATH=tools .venv/bin/python -m faults F05c F22a` repeats some and writes their rows.
 
-* *Step*: largest change of force in 1 ms, the half second after a contact left out; allowed:
+* *Step*: largest change of force in 1 ms, without the half second after a contact; allowed:
   {step:g} N, a fifth of the grip.
-* *Below half*: time with less than half of the undisturbed force. *Beside the fault*: such time,
-  and time uncoupled, outside outages and stopped nodes; allowed: {gone:g} ms. Zeros are left out.
+* *Below half*: time with less than half of the undisturbed force. *Beside the fault*: this and
+  time uncoupled, outside outages and stopped nodes; allowed: {gone:g} ms. Zeros are left out.
 * *Peak*: largest force over that of the undisturbed session.
 * *Offset*: distance of device and avatar in the last second, mean and maximum; allowed:
   F T/(2b) + 1 mm.
-* *T*: T1 + T2, port to port and back, by the playouts (median of the last second). *Fit*: by the
-  waves' displacement. *Nominal*: mean delays; the bound for a fault that has ended.
+* *T*: T1 + T2, port to port and back, as the playouts report it (median of the last second).
+  *Fit*: T from the waves' displacement. *Nominal*: T from the mean delays, for the
+  bound after a fault that has ended.
 * `plain`: the same fault on the plain channel, verdict and largest offset in the last second.
 
 | fault | done | required | result | verdict |

@@ -24,6 +24,7 @@ from pmwvc_core.wave.impedance import first_axis
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT_S = 180
 PAUSE_S = 0.15  # of a loop: it stood still or was not there
+STAYED_S = 0.01  # a block: who is coupled by then was never uncoupled
 
 
 class Live:
@@ -61,7 +62,9 @@ class Live:
         runs_s = min((t for t in begins if t >= after_s), default=after_s)
         late_s = _first(user, after_s, 1)
         text = f"{name} coupled {late_s - after_s:.2f} s after the end"
-        if runs_s > after_s:
+        if late_s - after_s <= STAYED_S:
+            text = f"{name} stayed coupled"
+        elif runs_s > after_s:
             text += f", {late_s - runs_s:.2f} s after the first tick"
         return late_s - runs_s <= within_s, text
 

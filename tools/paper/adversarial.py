@@ -33,7 +33,7 @@ Point = dict[str, float]
 
 
 class Worst(NamedTuple):
-    """The least balance of a session's playouts [J], beside what was sent to them."""
+    """The minimum balance of a session's playouts [J], beside what was sent to them."""
 
     least_j: float
     received_j: float
@@ -93,10 +93,10 @@ def make() -> Rows:
         least[store_mj] = min(values)
     axes.plot(STORES_MJ, [-each for each in STORES_MJ], "k", lw=1.0, label="-E0")
     axes.set(xlabel="energy stored in each playout at the start, E0 [mJ]",
-             ylabel="least balance [mJ]")  # fmt: skip
+             ylabel="minimum balance [mJ]")  # fmt: skip
     axes.legend()
     save(figure, NAME)
     return [
-        ["E0 [mJ]", f"least balance of {SESSIONS} sessions [mJ]"],
+        ["E0 [mJ]", f"minimum balance of {SESSIONS} sessions [mJ]"],
         *([f"{each:g}", f"{value:.3f}"] for each, value in least.items()),
     ]

@@ -121,7 +121,7 @@ def sums_anew(s: Any) -> Any:
 def with_pace(s: Any, pace: Pace, store_s: float) -> Any:
     """Return a receiver with a clock that has settled, and so much of zeros in store [s]."""
     playout = s.arrivals.playout
-    stored = add(playout, zero(playout.undelivered), 0.0, store_s)
+    stored = add(playout, zero(playout.undelivered), 0.0, store_s, 0.0)
     return s._replace(arrivals=s.arrivals._replace(playout=stored._replace(pace=pace)))
 
 

@@ -156,7 +156,7 @@ class Box:
         ``(users,)`` [N s/m].
         """
         begun, at = self._begun()
-        slid_j = self._stored_j - stored_j(begun)  # of points off their face
+        before_j = self._stored_j  # more than ``begun`` has, where points slid off their face
         scale = np.tile(np.repeat([1.0, self._lever_m], 3)[: self._dof], len(impedance))
         wanted = np.concatenate([np.zeros(6), drive.ravel() * scale])
         wanted[2] = -self._weight_n
@@ -169,15 +169,16 @@ class Box:
             poses = self._moved(x, dt)
             after = pressed(begun, self._points_at(poses) - at, dt, bound)
             by = self._by_velocities(poses)
-            missing = resists * x - wanted + np.tensordot(after.force, by, 2)
+            missing = resists * x - wanted + after.force.ravel() @ by.reshape(-1, len(x))
             return Trial(x, missing, by, after, poses)
 
         x, _, _, after, poses = balanced(tried, self._guess, resists, wanted, begun.friction, dt)
         self._rates = 2.0 * x[:6] - self._rates
         self._poses, self._guess = poses, x
         self._points = begun._replace(bristle=after.bristle)
-        ended = self._points._replace(depth=self._depths(self._points_at(poses)))
-        self._stored_j, self.heat_j = stored_j(ended), self.heat_j + slid_j + after.heat_j
+        ended = self._points_at(poses)
+        self._stored_j = stored_j(self._points._replace(depth=self._depths(ended)))
+        self.heat_j += before_j - self._stored_j + float(np.sum(after.force * (ended - at)))
         self.velocity = np.concatenate([x[:3], self._lever_m * (poses.turned[0] @ x[3:6])])[
             : self._dof
         ]
@@ -229,10 +230,8 @@ class Box:
         rho = (at[1 + self._pads] + arms - at[0]) @ r
         found[:pads, :, :3], found[:pads, :, 3:6] = -r.T, cross(rho)
         found[pads:, :, :3], found[pads:, :, 3:6] = np.eye(3), -r @ cross(self._corners)
-        by_turn = -r.T @ cross(arms)
-        for point, user in enumerate(self._pads):
-            first = 6 + dof * user
-            found[point, :, first : first + 3] = r.T
-            if dof > 3:
-                found[point, :, first + 3 : first + 6] = by_turn[point]
+        own = found[:, :, 6:].reshape(len(found), 3, -1, dof)  # of each user's handle
+        own[np.arange(pads), :, self._pads, :3] = r.T
+        if dof > 3:
+            own[np.arange(pads), :, self._pads, 3:] = -r.T @ cross(arms)
         return found

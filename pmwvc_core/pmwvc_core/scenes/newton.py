@@ -45,7 +45,7 @@ def balanced(
     """
 
     def size(trial: Trial) -> float:
-        return float(np.sum(trial.missing**2 / resists))
+        return float(trial.missing @ (trial.missing / resists))
 
     whole, bound, trial = float(np.sum(wanted**2 / resists)), None, tried(start, None)
     for number in range(2 * MOST_ROUNDS):

@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.scenes.turning import ONE
 
 
 class Points(NamedTuple):
@@ -41,14 +42,13 @@ class Points(NamedTuple):
 
 class Pressed(NamedTuple):
     """Forces of points on the surface ``(n, 3)`` [N], their slopes by the motion ``(n, 3, 3)``
-    [N/m], forces along the normals ``(n,)`` [N], bristles ``(n, 3)`` [m] and heat [J].
+    [N/m], forces along the normals ``(n,)`` [N] and bristles ``(n, 3)`` [m].
     """
 
     force: Array
     slope: Array
     pressing: Array
     bristle: Array
-    heat_j: float
 
 
 def pressed(p: Points, motion: Array, h: float, bound: Array | None = None) -> Pressed:
@@ -70,13 +70,11 @@ def pressed(p: Points, motion: Array, h: float, bound: Array | None = None) -> P
     bristle = np.where(most[:, None] > 0.0, stays, 0.0)
     force = f - pressing[:, None] * n
     way = wanted / np.where(size > 0.0, size, 1.0)[:, None] * slips[:, None]
-    along, flat = _outer(way, way), np.eye(3) - _outer(n, n)
+    along, flat = _outer(way, way), ONE - _outer(n, n)
     slope = (part * c)[:, None, None] * (flat - along) + rise[:, None, None] * (
         _outer(n, n) - follows[:, None, None] * _outer(way, n)
     )
-    given_j = np.sum(force * motion)
-    after = p._replace(depth=p.depth + s, bristle=bristle)
-    return Pressed(force, slope, pressing, bristle, float(given_j - stored_j(after) + stored_j(p)))
+    return Pressed(force, slope, pressing, bristle)
 
 
 def _along_normal(p: Points, s: Array, h: float) -> tuple[Array, Array]:

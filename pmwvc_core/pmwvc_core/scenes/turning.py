@@ -14,6 +14,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 
+ONE = np.eye(3)
 # By axis: the rows of [a] behind one another.
 _CROSSED = np.array(
     [[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]],
@@ -27,6 +28,7 @@ def cross(a: Array) -> Array:
 
 
 def cayley(a: Array) -> Array:
-    """Return cay(a), ``(..., 3, 3)``."""
-    half = 0.5 * cross(a)
-    return np.asarray(np.linalg.solve(np.eye(3) - half, np.eye(3) + half))
+    """Return cay(a) = 1 + ([a] + [a]^2/2)/(1 + |a|^2/4), ``(..., 3, 3)``."""
+    turn = cross(a)
+    share = 1.0 / (1.0 + 0.25 * np.sum(a * a, axis=-1))
+    return np.asarray(ONE + share[..., None, None] * (turn + 0.5 * turn @ turn))

@@ -109,7 +109,7 @@ class DeviceCheck:
             f_m[axis] = -min(push_n, (k + 1) * step_n, end_n + (count - 1 - k) * step_n)
             self._device.write(value(tuple(f_m.tolist())))
         if not rows:
-            raise DeviceError(f"{self._device.info.model}: no valid sample in {seconds:g} s")
+            raise DeviceError(f"{self._device.info.model}: no sample in {seconds:g} s; is it on?")
         return NewSamples(*(np.array(each) for each in zip(*rows, strict=True)))
 
     def _without_calls(self, push_n: float) -> DeviceLine:

@@ -109,7 +109,7 @@ class RosTopicDevice:
         if self._dof not in (1, 2, 3, AXES):
             raise DeviceError(f"ros_topic: dof = {self._dof}: must be 1 to 3, or 6")
         self._turn = Turn(setup.lever_m)
-        self.info = DeviceInfo("ROS topics", self._dof, velocity="estimated")
+        self.info = DeviceInfo("ROS topic device/measured_cp", self._dof, velocity="estimated")
         self._zero = value((0.0,) * setup.dof)
         start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)

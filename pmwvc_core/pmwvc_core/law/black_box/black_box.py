@@ -170,8 +170,7 @@ def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
     stored: Vector = (
         0.0, max(s.body.stored_j, 0.0), e.environment_j, e.late_j, e.withheld_j, e.contained_j
     )  # fmt: skip
-    of_port = stored + accounts(s.body.compensation, p.compensation)
-    return of_port + (brakes_j(s.ports),)  # noqa: RUF005
+    return stored + accounts(s.body.compensation, p.compensation) + (brakes_j(s.ports),)
 
 
 @server_port.port_shown.member(BlackBoxParams)

@@ -153,8 +153,7 @@ def _line(s: Visitor, position: Vector, weight_s: float, p: Any) -> tuple[Vector
 def _springs_j(visitors: tuple[Visitor, ...]) -> float:
     stored_j = 0.0
     for i in range(len(visitors)):
-        if visitors[i].there:
-            stored_j += contact_energy(visitors[i].contact)
+        stored_j += contact_energy(visitors[i].contact)  # of one who left: none
     return stored_j
 
 

@@ -125,7 +125,8 @@ def _segment(s: StrictArrivals, packet: Packet, now_ns: int, p: ArrivalsParams) 
     if goes_on:
         late_s = abs(passed_s - lasted_s)
         silence = usual(silence, packet.period_s, late_s, p.timeout_s)
-    playout = add(s.playout if goes_on else begin(s.playout), moved, paid_j, lasted_s)
+    playout = s.playout if goes_on else begin(s.playout)
+    playout = add(playout, moved, paid_j, lasted_s, p.playout.store_j)
     received_j = s.received_j + paid_j
     return StrictArrivals(silence, playout, counting, packet.position, packet.short, received_j)
 
@@ -163,17 +164,19 @@ def release(s: Playout, most_j: float, beyond_j: float) -> tuple[Playout, float]
     return s._replace(moved=m._replace(released_j=m.released_j + released_j)), released_j
 
 
-def spared(s: Playout, h: float, wanted: bool, p: PlayoutParams) -> tuple[Playout, float]:
-    """Return the part of the free energy that passes on in h seconds, where it is wanted [J]."""
+def spared(
+    s: Playout, h: float, wanted: bool, beyond_j: float, p: PlayoutParams
+) -> tuple[Playout, float]:
+    """Return what passes on of free energy beyond a level in h seconds, where it is wanted [J]."""
     if not wanted:
         return s, 0.0
     most_j = max(free_j(s) - _needed_j(s, p), 0.0) * min(h / SETTLE_S, 1.0)
-    return release(s, most_j, 0.0)
+    return release(s, most_j, beyond_j)
 
 
 @spare.member(StrictArrivals)
 def _spare(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArrivals, float]:
-    playout, energy_j = spared(s.playout, h, s.wanted, p.playout)
+    playout, energy_j = spared(s.playout, h, s.wanted, 0.0, p.playout)
     return s._replace(playout=playout), energy_j
 
 

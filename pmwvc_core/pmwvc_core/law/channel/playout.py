@@ -25,7 +25,7 @@ After an outage that made the ends brake, it stays undelivered. Repayment begins
 the last wait, rises within ``rises_s`` whatever energy comes at once, and fades as the clock slows
 down, to 0 at 2/3 of its rate. At every step, given + released <= received + E0 (``store_j``), and
 U(min(p, e)) + guessed = integral played + left + undelivered + mistaken. Equations: docs/theory.md
-17.1, 17.2, 17.3, 17.25, 17.29.
+17.1, 17.2, 17.3, 17.25, 17.29, 17.30.
 """
 
 import math
@@ -107,8 +107,12 @@ def waiting(s: Playout) -> Vector:
     return minus(plus(arrived, s.mistaken), s.guessed)
 
 
-def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Playout:
-    """Take in a segment [sqrt(W) s], its energy, and the sender's time that it lasts, > 0 [s]."""
+def add(
+    s: Playout, integral: Vector, energy_j: float, duration_s: float, store_j: float
+) -> Playout:
+    """Take in a segment [sqrt(W) s], its energy, and the sender's time that it lasts, > 0 [s];
+    what it lacks beyond what is free, and E0 lends in its time, is undelivered.
+    """
     knots, to, to_j, undelivered = s.knots, s.played, s.played_j, s.undelivered
     guessed, mistaken, late_s = s.guessed, s.mistaken, -s.pace.store_s
     begun, gone, time_s = len(knots) > 1, 0, knots[len(knots) - 1].end_s - max(-late_s, 0.0)
@@ -118,8 +122,11 @@ def add(s: Playout, integral: Vector, energy_j: float, duration_s: float) -> Pla
         to, to_j = minus(to, knots[gone].integral), to_j - knots[gone].reserve_j
         knots = dropped(knots, gone)
     last, pace = knots[len(knots) - 1], pace_arrive(s.pace, duration_s)
-    needed_j = s.raised * squared(integral) * (0.5 / duration_s)
-    reserve_j = last.reserve_j + min(needed_j, energy_j)
+    least_j = squared(integral) * (0.5 / duration_s)
+    if least_j - energy_j > max(free_j(s), 0.0) + store_j * (duration_s / MEND_S):
+        paid = scaled(integral, math.sqrt(energy_j / least_j))
+        undelivered, integral = plus(undelivered, minus(integral, paid)), paid
+    reserve_j = last.reserve_j + min(s.raised * least_j, energy_j)
     knots = [*knots, Knot(last.end_s + duration_s, plus(last.integral, integral), reserve_j)]
     if begun and late_s > 0.0:
         settled = scaled(guessed, min(duration_s / late_s, 1.0))

@@ -87,12 +87,9 @@ def local_answer(s: LocalModel, u2: Vector, p: SpringDamper, b: Any) -> tuple[Lo
     loose = plus(s.f0, scaled(free_velocity(b, u2), s.slope))
     f = along(b, each(_share, (b.values,), s.slope), loose)
     xd, v2 = wave_velocity(b, u2, f), wave_v(b, u2, f)
-    return _moved(s, f, xd if s.there else zero(xd), p), v2
-
-
-def _moved(s: LocalModel, f: Vector, xd: Vector, p: SpringDamper) -> LocalModel:
+    xd = xd if s.there else zero(xd)
     dissipated_j = s.dissipated_j + squared(xd) * p.damping * p.tick_s
-    return s._replace(x=plus(s.x, scaled(xd, p.tick_s)), dissipated_j=dissipated_j)
+    return s._replace(x=plus(s.x, scaled(xd, p.tick_s)), dissipated_j=dissipated_j), v2
 
 
 def local_stored_j(s: LocalModel, p: SpringDamper) -> float:

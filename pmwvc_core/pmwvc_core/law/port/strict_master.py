@@ -28,7 +28,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.arrivals import StrictArrivals, is_short, release, spared
-from pmwvc_core.law.channel.constants import MEND_S
+from pmwvc_core.law.channel.constants import FEW, MEND_S
 from pmwvc_core.law.channel.packet import Packet, Sent
 from pmwvc_core.law.channel.playout import PlayoutParams, free_j, play, ramped, take_back, waiting
 from pmwvc_core.law.family import accounts, opened
@@ -137,7 +137,8 @@ def _send(
     if p.lends:
         playout, released_j = release(playout, max(kept - node_j, 0.0), SPARED_J)
         node_j += released_j
-    playout, passed_j = spared(playout, frame_s, s.wanted, p.playout)
+    beyond_j = min(p.playout.keep_j, 0.0) if unpaid > FEW else 0.0
+    playout, passed_j = spared(playout, frame_s, s.wanted, beyond_j, p.playout)
     node_j += passed_j
     own = node_j - held_j  # what the hand can have back is not paid out
     paid = max(min(own, needed), own - kept)

@@ -151,17 +151,6 @@ Stepped = tuple[Vector, Vector, Contact, float]
 stepped = Family("stepped")  # (p, a, xd_o, h) -> (xd, f, contact, lost_j) of an avatar
 
 
-def pulled(contact: Contact, drive: Vector, impedance: float, body: Body, h: float) -> Stepped:
-    """Let an avatar without mass move by f_s = drive - impedance xd_s against its contact. Spring
-    and damper (backward Euler) are drive = K stretch + B velocity, impedance = K h + B.
-    """
-    free = scaled(drive, 1.0 / impedance)
-    f = contact_unwrapped(contact, free, body.xd, impedance, h)
-    xd = minus(free, scaled(f, 1.0 / impedance))
-    contact, dropped_j = slid(contact, scaled(xd, h))
-    return xd, f, contact, dropped_j + h * contact_heat(contact, minus(xd, body.xd))
-
-
 def _stepped(a: Avatar, p: Any, xd_o: Vector, h: float) -> tuple[Avatar, float]:
     if not a.present:
         return a, 0.0

@@ -191,11 +191,11 @@ def brakes_j(ports: tuple[UserPort, ...]) -> float:
 
 def potential_j(s: SharedScene) -> float:
     """Return the energy of all contact springs [J]."""
-    total = 0.0
-    for i in range(len(s.ports)):
-        if s.ports[i].avatar.present:
-            total += contact_energy(s.ports[i].avatar.contact)
-    return total
+    return total(0.0, each(_potential_j, (s.ports,)))
+
+
+def _potential_j(s: UserPort) -> float:
+    return contact_energy(s.avatar.contact)  # of one who is not there: none
 
 
 @scene_energies.member(EnvironmentParams)

@@ -25,12 +25,13 @@ from pmwvc_core.law.server.contacts import (
     Contact,
     contact_force,
     contact_heat,
+    contact_unwrapped,
     offset_of,
     slid,
 )
-from pmwvc_core.law.server.coupling import object_pushed, pulled
+from pmwvc_core.law.server.coupling import object_pushed
 from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, in_touch, potential_j
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, total, zero
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
 
 
 class DeviceEnd(NamedTuple):
@@ -180,8 +181,12 @@ def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
     (backward Euler): a force [N] and a damper [N s/m]. A spring K and damper B to the device are
     drive = K (position - x_s) + B velocity, impedance = K h + B.
     """
-    xd, f, contact, lost_j = pulled(step.contact, drive, impedance, step.body, step.period_s)
-    return Moved(plus(step.body.x, offset_of(contact)), xd, f, contact, lost_j)
+    body, h, free = step.body, step.period_s, scaled(drive, 1.0 / impedance)
+    f = contact_unwrapped(step.contact, free, body.xd, impedance, h)
+    xd = minus(free, scaled(f, 1.0 / impedance))
+    contact, lost_j = slid(step.contact, scaled(xd, h))
+    lost_j += h * contact_heat(contact, minus(xd, body.xd))
+    return Moved(plus(body.x, offset_of(contact)), xd, f, contact, lost_j)
 
 
 def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:

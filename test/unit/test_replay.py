@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The targets of remote hands are read from a recording and drive its replay."""
+"""How far a replay is from its recording, and the recorded targets of remote hands that
+drive it.
+"""
 
 import math
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,18 +14,54 @@ from rclpy.serialization import serialize_message
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Bool
 from support import plain as scenarios
-from support.operators import driven
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.content import hand_targets, is_of_hand
 from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.replay.recorded import remote_hand
-from pmwvc_analysis.replay.run import replay, reproduced
+from pmwvc_analysis.replay.run import Inexact, replay
+from pmwvc_bringup.commands.compare import lead
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import ServerParams
-from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import HandTargets
+
+
+def user(force, first=None, **others):
+    found = {
+        "name": "user1",
+        "ticks": 900,
+        "missing": 0,
+        "force_max_n": force,
+        "position_max_m": force,
+    }
+    found |= {"first_tick": first, "first_s": first and first * 1e-3}
+    found |= {"first_signals": ["x_m", "v_m"] if first else []}
+    return found | others
+
+
+LOST = Inexact(0.5, "user1: 3 blocks of its trace were not recorded")
+LATER = Inexact(0.8, "the server was started again")
+CASES = [
+    ([user(0.0)], True, "is exact: force and position of all 900 ticks of user1 are equal."),
+    ([user(0.0, missing=24)], True, "not exact: forces differ by up to 0 N; 24 ticks of"),
+    ([user(0.02, 510)], True, "differ by up to 0.02 N, from tick 510 of user1"),
+    ([user(0.21, 510)], False, "on (0.510 s; x_m, v_m). Why: user1: 3 blocks of its trace"),
+    ([user(0.21, 410)], False, "on (0.410 s; x_m, v_m). The recording gives no reason."),
+    ([user(0.0), user(None)], False, "does NOT reproduce the recording: not all forces can be"),
+    ([], False, "does NOT reproduce the recording: not all forces can be compared."),
+    ([user(0.0), user(1.5)], None, "Replayed with master.impedance = 40: forces differ by"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("found", "same", "said"), CASES)
+def test_only_a_replay_whose_every_tick_was_compared_is_exact(found, same, said):
+    changes = {"master.impedance": 40}
+    result = SimpleNamespace(differences=found, changes=changes, limits=[LOST, LATER])
+    text = lead(result, same)
+    assert said in text
+    assert ("is exact" in text) == (said == CASES[0][2])
+    assert LATER.why not in text or "cannot be compared" in text
 
 
 def message(at_s, topic, kind, content):
@@ -94,30 +131,6 @@ def remote_scenario():
     return scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)
 
 
-def pulled(scenario):
-    """A session as if recorded live: its hand gets targets from outside, with a gap."""
-    ticks = [tick for tick in range(700, 2900, 14) if not 2000 < tick < 2300]
-    places = [-0.03 + 0.01 * (tick > 1000) for tick in ticks]
-    targets = list(zip(ticks, places, strict=True))
-    hand = driven(scenario.users[0].operator, targets, start=-0.03, early=True)
-    traces = simulate_one(scenario, Conditions(hands={"user1": hand}))
-    position = np.zeros((len(ticks), 3))
-    position[:, 0] = places
-    # received within the tick before, as a node receives them
-    traces.targets["user1"] = HandTargets(np.array(ticks) * 0.001 - 0.0004, position)
-    return traces
-
-
-def test_a_replay_follows_the_recorded_targets():
-    scenario = remote_scenario()
-    recorded = pulled(scenario)
-    recorded.source, recorded.metadata["replay"] = "live", {"answer_ticks": "0"}
-    again = replay(recorded, scenario, scenario)
-    assert reproduced(again.differences)
-    recorded.targets.clear()  # the control
-    assert not reproduced(replay(recorded, scenario, scenario).differences)
-
-
 def test_targets_stay_at_their_ticks_behind_a_pause_of_the_loop():
     """A hand moves on in 99 ticks of a pause of 250; the target comes 50 ticks behind it."""
     scenario = remote_scenario()
@@ -131,25 +144,9 @@ def test_targets_stay_at_their_ticks_behind_a_pause_of_the_loop():
     assert list(table.ticks) == [100 + made_up_for + 50]
 
 
-def test_a_live_sessions_changes_of_parameters_are_replayed_but_for_what_is_set():
-    constant = scenarios.load("carry_16ms", duration_s=3.5)
-    changing = replace(constant, changes="2.4 server.contact_stiffness=2000 server.object_mass=1")
-    recorded = simulate_one(changing)
-    recorded.source, recorded.metadata["replay"] = "live", {"answer_ticks": "0"}
-    recorded.settings = [(2.4, {"server.contact_stiffness": 2000.0, "server.object_mass": 1.0})]
-    again = replay(recorded, constant, constant)
-    assert reproduced(again.differences)
-    assert any("parameters change as recorded" in note for note in again.prescribed.notes)
-    server = replace(constant.server, object_mass=3.0)
-    other = replay(recorded, constant, replace(constant, server=server))
-    assert "object_mass" not in other.scenario.changes
-    recorded.settings = []  # the control
-    assert not reproduced(replay(recorded, constant, constant).differences)
-
-
 def test_a_replay_of_a_replay_has_no_targets_and_says_so():
     scenario = remote_scenario()
-    recorded = pulled(scenario)
+    recorded = simulate_one(scenario)
     recorded.source = "replayed"
     with pytest.raises(RecordingError, match="holds no targets of a remote hand"):
         replay(recorded, scenario, scenario)
