@@ -136,14 +136,19 @@ def _medians(rows: Rows, columns: Sequence[Column]) -> list[str]:
 
 
 def _failures(study: Study, task: str) -> str:
-    """Return how many sessions of each method failed, by the kind of failure."""
-    found: dict[str, list[str]] = {}
+    """Return the kinds of failures, the most frequent first, with the numbers of the others."""
+    found: dict[str, dict[str, int]] = {}
     for method in study.plan.methods:
         flat = [one for row in study.of(method, task, study.held_out) for one in row]
         for kind, times in Counter(one.failure for one in flat if one.failure).most_common():
-            found.setdefault(kind, []).append(f"`{method}` {times}")
-    kinds = [f"{kind} ({', '.join(each)})" for kind, each in found.items()]
-    return f"Failures: {', '.join(kinds)}." if found else ""
+            found.setdefault(kind, {})[f"`{method}`"] = times
+    kinds = sorted(found, key=lambda kind: -sum(found[kind].values()))
+    others = [
+        f"{kind} ({', '.join(f'{name} {times}' for name, times in found[kind].items())})"
+        for kind in kinds[1:]
+    ]
+    also = f"; also {', '.join(others)}" if others else ""
+    return f"Failures: {kinds[0]}{also}." if kinds else ""
 
 
 def medians(study: Study) -> str:
