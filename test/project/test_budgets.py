@@ -40,9 +40,9 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_955, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_952, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_366,
+        3_365,
         2_500,
         inside(
             "pmwvc_core",
@@ -53,7 +53,7 @@ ROOMS = {
     "scenes": Room(985, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_292, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_926,
+        4_925,
         4_700,
         (
             *inside(
@@ -87,7 +87,7 @@ ROOMS = {
     ),
     "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        1_253,
+        1_250,
         1_250,
         inside(
             "pmwvc_master",

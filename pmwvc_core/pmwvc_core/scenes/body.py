@@ -34,7 +34,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.scenes.description import FORMAT
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
@@ -157,7 +157,7 @@ class Box:
         """Put a handle where the avatar is, ``(dof,)`` [m]."""
         self._there[user] = True
         self._poses.at[1 + user] = position[:3]
-        turn = position[3:] / self._lever_m if self._dof > 3 else np.zeros(3)
+        turn = position[3:] / self._lever_m if self._dof == AXES else np.zeros(3)
         self._poses.turned[1 + user] = Rotation.from_rotvec(turn).as_matrix()
         self._points.can_touch[POINTS * user : POINTS * (user + 1)] = False
 
@@ -229,7 +229,7 @@ class Box:
         at = self._poses.at + h * np.concatenate([x[None, :3], rates[:, :3]])
         turned = self._poses.turned.copy()
         turned[0] = turned[0] @ cayley(h * x[3:6])
-        if self._dof > 3:
+        if self._dof == AXES:
             turned[1:] = cayley(h * rates[:, 3:]) @ turned[1:]
         return Poses(at, turned)
 
@@ -244,6 +244,6 @@ class Box:
         found[pads:, :, :3], found[pads:, :, 3:6] = np.eye(3), -r @ cross(self._corners)
         own = found[:, :, 6:].reshape(len(found), 3, -1, dof)  # of each user's handle
         own[np.arange(pads), :, self._pads, :3] = r.T
-        if dof > 3:
+        if dof == AXES:
             own[np.arange(pads), :, self._pads, 3:] = -r.T @ cross(arms)
         return found

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.params.names import hint
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenes.description import files_of
@@ -87,12 +87,12 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
     for body in bodies:
         for axis in np.eye(3):
             body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        if setup.dof > 3:
+        if setup.dof == AXES:
             body.add_joint(type=mujoco.mjtJoint.mjJNT_BALL)
         body.gravcomp = 1.0
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
-            geom.condim = max(geom.condim, 4 if setup.dof > 3 else 3)  # rubs as it twists
+            geom.condim = max(geom.condim, 4 if setup.dof == AXES else 3)  # rubs as it twists
     options = _set_options(mujoco, spec.option, setup.period_s, where)
     with refused(where, cannot_be="compiled"):
         model = spec.compile()
@@ -108,7 +108,7 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         geoms = tuple(geom.id for geom in body.geoms)
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
         home = data.xipos[shown] + out - data.xpos[body.id]
-        ball = slice(first + 3, first + (7 if setup.dof > 3 else 3))
+        ball = slice(first + 3, first + (7 if setup.dof == AXES else 3))
         joints = slice(first, first + 3), ball, slice(dof, dof + setup.dof)
         held.append(Grasp(*joints, geoms, not server.handles, home))
     return SceneModel(model, tuple(held), shown, {"files": files_of(file), "options": options})

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.scenes.description import described
 from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_model
 from pmwvc_core.server.black_box import EnvironmentSetup
@@ -104,7 +104,7 @@ class MujocoScene:
         held = self.held[user]
         if held.is_finger:
             self.data.qpos[held.qpos] = held.home + position[:3]
-            if self._dof > 3:
+            if self._dof == AXES:
                 turned = Rotation.from_rotvec(position[3:] / self._lever_m)
                 self.data.qpos[held.ball] = turned.as_quat(scalar_first=True)
         self.data.qvel[held.dofs] = 0.0
@@ -141,7 +141,7 @@ class MujocoScene:
 
     def _sub_steps(self, drive: Array, impedance: Array, steps: int) -> tuple[Array, set[int]]:
         """Make sub-steps under the ports' forces; return mean velocities, and who touched."""
-        data, turns, dofs = self.data, self._dof > 3, self._dofs
+        data, turns, dofs = self.data, self._dof == AXES, self._dofs
         absent = dofs[~np.array(self._there)]
         damping, rates = impedance[:, None] * self._scale, np.zeros(drive.shape)
         touched: set[int] = set()
@@ -160,7 +160,7 @@ class MujocoScene:
     def _axes(self, held: Grasp) -> Array:
         """Return a handle's axes of motion in the world, ``(dof, dof)``: a ball turns with it."""
         axes, turned = np.eye(self._dof), np.empty(9)
-        if self._dof > 3:
+        if self._dof == AXES:
             self._mujoco.mju_quat2Mat(turned, self.data.qpos[held.ball])
             axes[3:, 3:] = turned.reshape(3, 3)
         return axes
@@ -169,7 +169,7 @@ class MujocoScene:
         """Move a finger as its port alone does, from the coordinates of before."""
         data = self.data
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
-        if self._dof > 3:
+        if self._dof == AXES:
             turned = Rotation.from_rotvec(dt * v[3:]) * _rotation(before[held.ball])
             data.qpos[held.ball] = turned.as_quat(scalar_first=True)
         data.qvel[held.dofs] = v @ self._axes(held)
@@ -177,7 +177,7 @@ class MujocoScene:
     def _show(self, dt: float) -> None:
         """Note where the first body that moves is, and how it turned."""
         way = self.data.xipos[self._shown] - self._origin - self.position[:3]
-        if self._dof > 3:
+        if self._dof == AXES:
             turned = _rotation(self.data.xquat[self._shown])
             way = np.append(way, self._lever_m * (turned * self._turned.inv()).as_rotvec())
             self._turned = turned
