@@ -39,7 +39,7 @@ CORE = {
     "network": BASE,
     "master": BASE | {"law"},
     "server": BASE | {"law", "scenes"},
-    "scenes": {"errors", "numeric", "params", "server"},
+    "scenes": {"errors", "numeric", "params", "plugins", "server"},
     "controllers": BASE | {"law", "master", "server", "network"},
     "scenario": BASE | {"controllers", "network", "server"},
     "made": MADE,

@@ -69,7 +69,7 @@ def test_a_box_of_any_mass_stands_on_its_table(mass):
 
 
 def test_a_pad_wider_than_its_face_is_refused():
-    with pytest.raises(ParameterError, match=r"pad_m = 0.04.*object_size_m = 0.06; 0.03 at most"):
+    with pytest.raises(ParameterError, match=r"pad_m = 0.04: wider than a side.*; 0.03 at most"):
         box(own=BodyParams(pad_m=0.04))
 
 
@@ -139,6 +139,7 @@ def test_a_scene_that_cannot_be_used_is_refused_with_a_way_out(tmp_path, values,
         ('name="table"', 'name="table" material="oak"', "oak"),
         ("-0.0401", "-0.03", "'table' and 'box' overlap"),
         ("<option", '<option timestep="0.05"', "its timestep of 0.05 s is longer than"),
+        ('name="box"', 'name="pmwvc_user1"', "cannot be used: ValueError: Error: repeated name"),
         ('mass="0.2"', 'mass="20000"', "'box' has 1e+05 times the mass of 'pea'"),
     ],
 )

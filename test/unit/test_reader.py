@@ -125,7 +125,7 @@ def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
     energies = (found.users[0].energy["u_m"] for found in (whole, after))
     np.testing.assert_allclose(*energies, rtol=0.0, atol=1e-15)
     again = [event for event in complete(after, None) if event["kind"] == "restart"]
-    assert [(event["who"], event["time_s"]) for event in again] == [("user1 master", 0.8)]
+    assert [(event["who"], event["time_s"]) for event in again] == [("user1 master", 0.808)]
     assert not [event for event in complete(whole, None) if event["kind"] == "restart"]
 
 

@@ -8,12 +8,15 @@ way l theta [m], force torque/l [N], so that b along all six is b l^2 about an a
 power. World axes everywhere.
 
 In a step h all motion is by the mean velocities: v of the box and w in its own axes, V and W of
-the handles in world axes; a bar is the mean of both ends, J a contact's motion by them; a cube's
-inertia I is the same about all axes::
+the handles in world axes; a bar is the mean of both ends, J a contact's motion by them, I the
+inertia about the box's own axes::
 
-    m (v1 - v0)/h = m g - sum Jv^T phi,   I (w1 - w0)/h = -sum Jw^T phi,
+    m (v1 - v0)/h = m g - sum Jv^T phi,   I (w1 - w0)/h + w x I w = -sum Jw^T phi,
     v = (v0 + v1)/2,   w = (w0 + w1)/2,   R1 = R0 cay(h w)
     b V = drive - sum JV^T phi,           b l^2 W = l drive_r - sum JW^T phi
+
+w x I w does no work, and R1 I w1 - R0 I w0 = Rbar (I (w1 - w0) + h w x I w): a free box keeps
+energy and momentum.
 
 A point of a pad moves over its face by D = q1 - q0, q = R^T (p - c) being where it is in the box,
 a corner of the box over the table by D = y1 - y0, y = c + R s. Both are exact in the velocities::
@@ -53,8 +56,8 @@ class Poses(NamedTuple):
 
 
 class Box:
-    """The box of ``server.object_mass`` and ``server.object_size_m``, on a table where it begins;
-    ``position``, ``velocity``, ``(dof,)``, are those of the box.
+    """The box of ``server.object_mass``, as long as ``server.object_size_m`` along axis 0, on a
+    table where it begins; ``position``, ``velocity``, ``(dof,)``, are those of the box.
     """
 
     def __init__(self, setup: EnvironmentSetup) -> None:
@@ -65,39 +68,38 @@ class Box:
             needed = "server.object_damping = 0 and server.contact = grip"
             raise ParameterError(f"environment 'body' slides and is pushed only: set {needed}")
         self._dof, self._lever_m = setup.dof, server.lever_m
-        self._half_m = 0.5 * server.object_size_m
+        sides = [server.object_size_m, own.width_m, own.height_m]
+        self._half_m = 0.5 * np.array([each or server.object_size_m for each in sides])
         self._mass, self._weight_n = server.object_mass, server.object_mass * own.gravity
-        if own.pad_m > self._half_m:
-            wrong = f"server.body.pad_m = {own.pad_m}: wider than server.object_size_m"
-            raise ParameterError(f"{wrong} = {server.object_size_m}; {self._half_m} at most")
-        inertia = self._mass * server.object_size_m**2 / 6.0
-        self._masses = np.array([self._mass] * 3 + [inertia] * 3)
+        if own.pad_m > (least_m := float(min(self._half_m))):
+            wrong = f"server.body.pad_m = {own.pad_m}: wider than a side of the box"
+            raise ParameterError(f"{wrong}; {least_m} at most")
+        inertia = self._mass / 3.0 * (np.sum(self._half_m**2) - self._half_m**2)
+        self._masses = np.array([self._mass] * 3 + inertia.tolist())
         angle = np.arange(POINTS) * (2.0 * np.pi / POINTS)
         ring = own.pad_m * np.stack([0.0 * angle, np.cos(angle), np.sin(angle)], axis=-1)
         outward = np.zeros((users, 3))
         for user, side in enumerate(setup.sides):
             outward[user, 0 if side else 2] = side or 1.0
-        rings = np.where(outward[:, None, :1] != 0.0, ring, ring[:, [2, 1, 0]])
-        self._ring = rings  # of every handle, in its own axes
+        # of every handle, in its own axes
+        self._ring = np.where(outward[:, None, :1] != 0.0, ring, ring[:, [2, 1, 0]])
         self._corners = self._half_m * CORNERS
-        table = np.zeros((8, 3))
-        table[:, 2] = 1.0
-        table_n_m = max(TABLE_N_M, self._weight_n / (4.0 * SINKS * self._half_m))
+        table_n_m = max(TABLE_N_M, self._weight_n / (4.0 * SINKS * self._half_m[2]))
         k = [contact.contact_stiffness / POINTS for contact in setup.contacts]
         damping = [contact.contact_damping / POINTS for contact in setup.contacts]
         self._pads = np.repeat(np.arange(users), POINTS)
+
+        def of_points(of_users: Any, of_corners: Any) -> Array:
+            return np.concatenate([np.asarray(of_users)[self._pads], [of_corners] * 8])
+
+        self._table_z = self._weight_n / (4.0 * table_n_m) - self._half_m[2]
+        self._face_m = of_points(np.abs(outward) @ self._half_m, self._table_z)
+        self._began_m, self._forces = np.zeros(len(self._face_m)), np.zeros((len(self._face_m), 3))
         self._points = Points(
-            normal=np.concatenate([outward[self._pads], table]),
-            depth=np.zeros(POINTS * users + 8),
-            bristle=np.zeros((POINTS * users + 8, 3)),
-            stiffness=np.concatenate([np.repeat(k, POINTS), np.full(8, table_n_m)]),
-            damping=np.concatenate([np.repeat(damping, POINTS), np.full(8, TABLE_S * table_n_m)]),
-            friction=np.full(POINTS * users + 8, own.friction),
-            can_touch=np.concatenate([np.zeros(POINTS * users, bool), np.ones(8, bool)]),
-        )
-        self._began_m = np.zeros(POINTS * users + 8)
-        sunk_m = self._weight_n / (4.0 * table_n_m)
-        self._table_z = sunk_m - self._half_m
+            of_points(outward, [0.0, 0.0, 1.0]), self._began_m, self._forces,
+            of_points(k, table_n_m), of_points(damping, TABLE_S * table_n_m),
+            self._began_m + own.friction, np.arange(len(self._face_m)) >= len(self._pads),
+        )  # fmt: skip
         self._there = np.zeros(users, bool)
         self._poses = Poses(np.zeros((1 + users, 3)), np.tile(np.eye(3), (1 + users, 1, 1)))
         self._rates, self._guess = np.zeros(6), np.zeros(6 + setup.dof * users)
@@ -120,6 +122,19 @@ class Box:
         return dict(zip(self._names, rows, strict=True))
 
     @property
+    def contacts(self) -> list[float]:
+        """Where points pressed in the last step, most first, 8 numbers each: two bodies by their
+        place in ``poses`` (-1: the table), where [m], force on the second [N].
+        """
+        (c, *_), (r, *_) = self._poses
+        points, forces, pads = self._points_at(self._poses), self._forces.copy(), len(self._pads)
+        points[:pads], forces[:pads] = points[:pads] @ r.T + c, forces[:pads] @ r.T
+        first, second = np.append(1 + self._pads, [0] * 8), [0] * pads + [-1] * 8
+        rows = np.column_stack([first, second, points, forces])
+        size = np.linalg.norm(forces, axis=-1)
+        return list(rows[np.argsort(-size)][: np.count_nonzero(size)].ravel().tolist())
+
+    @property
     def turned(self) -> Array:
         """How the pads are turned, quaternions ``x y z w``."""
         return np.asarray(Rotation.from_matrix(self._poses.turned[1:]).as_quat())
@@ -128,7 +143,7 @@ class Box:
     def description(self) -> dict[str, Any]:
         """Shapes of table, box and pads, as those of :mod:`.description`."""
         pads = np.abs(self._ring).max(axis=1) + THIN_M
-        sizes = [[TABLE_M, TABLE_M, THIN_M], [self._half_m] * 3, *pads.tolist()]
+        sizes = [[TABLE_M, TABLE_M, THIN_M], self._half_m.tolist(), *pads.tolist()]
         names = ["table", *self._names]
         shapes = [
             {"body": name, "kind": "box", "size": size, "at": [0.0] * 3, "turned": NOT_TURNED,
@@ -151,39 +166,37 @@ class Box:
         self._there[user] = False
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
-        """Go on by ``dt`` [s] with ``f = drive - impedance v`` at every handle; return the mean
-        velocities ``(users, dof)`` [m/s]. ``drive`` is ``(users, dof)`` [N], ``impedance``
-        ``(users,)`` [N s/m].
-        """
+        """Go on by ``dt`` [s] (:class:`pmwvc_core.server.black_box.BlackBox`)."""
         begun, at = self._begun()
         before_j = self._stored_j  # more than ``begun`` has, where points slid off their face
-        scale = np.tile(np.repeat([1.0, self._lever_m], 3)[: self._dof], len(impedance))
-        wanted = np.concatenate([np.zeros(6), drive.ravel() * scale])
+        scale = np.repeat([1.0, self._lever_m], 3)[: self._dof]
+        wanted = np.append(np.zeros(6), drive * scale)
         wanted[2] = -self._weight_n
         wanted[:6] += 2.0 / dt * self._masses * self._rates
-        resists = np.concatenate(
-            [2.0 / dt * self._masses, np.repeat(impedance, self._dof) * scale**2]
-        )
+        resists = np.append(2.0 / dt * self._masses, np.outer(impedance, scale**2))
+        inertia = self._masses[3:]
 
         def tried(x: Array, bound: Array | None) -> Trial:
             poses = self._moved(x, dt)
             after = pressed(begun, self._points_at(poses) - at, dt, bound)
             by = self._by_velocities(poses)
             missing = resists * x - wanted + after.force.ravel() @ by.reshape(-1, len(x))
-            return Trial(x, missing, by, after, poses)
+            w, slope = x[3:6], np.diag(resists)
+            missing[3:6] += cross(w) @ (inertia * w)
+            slope[3:6, 3:6] += cross(w) * inertia - cross(inertia * w)
+            return Trial(x, missing, slope, by, after, poses)
 
-        x, _, _, after, poses = balanced(tried, self._guess, resists, wanted, begun.friction, dt)
+        x, *_, after, poses = balanced(tried, self._guess, resists, wanted, begun.friction, dt)
         self._rates = 2.0 * x[:6] - self._rates
-        self._poses, self._guess = poses, x
+        self._poses, self._guess, self._forces = poses, x, after.force
         self._points = begun._replace(bristle=after.bristle)
         ended = self._points_at(poses)
         self._stored_j = stored_j(self._points._replace(depth=self._depths(ended)))
         self.heat_j += before_j - self._stored_j + float(np.sum(after.force * (ended - at)))
-        self.velocity = np.concatenate([x[:3], self._lever_m * (poses.turned[0] @ x[3:6])])[
-            : self._dof
-        ]
+        turning = self._lever_m * (poses.turned[0] @ x[3:6])
+        self.velocity = np.append(x[:3], turning)[: self._dof]
         self.position = self.position + dt * self.velocity
-        return np.asarray(x[6:].reshape(-1, self._dof) * scale.reshape(-1, self._dof))
+        return np.asarray(x[6:].reshape(-1, self._dof) * scale)
 
     def _points_at(self, poses: Poses) -> Array:
         """Return pads' points in the box's axes, its corners in the world's, ``(n, 3)`` [m]."""
@@ -193,8 +206,7 @@ class Box:
 
     def _depths(self, at: Array) -> Array:
         """Return how deep points are below the faces [m], less where they began."""
-        face = np.where(np.arange(len(at)) < len(self._pads), self._half_m, self._table_z)
-        return np.asarray(face - np.sum(self._points.normal * at, axis=-1) - self._began_m)
+        return np.asarray(self._face_m - np.sum(self._points.normal * at, axis=-1) - self._began_m)
 
     def _begun(self) -> tuple[Points, Array]:
         """Return the points at the beginning of a step, and where they are. A point touches a face
@@ -202,7 +214,7 @@ class Box:
         """
         at, pads, normal = self._points_at(self._poses), len(self._pads), self._points.normal
         flat = at - np.sum(normal * at, axis=-1, keepdims=True) * normal
-        can_touch = np.max(np.abs(flat), axis=-1) <= self._half_m
+        can_touch = np.all(np.abs(flat) <= self._half_m, axis=-1)
         can_touch[:pads] &= self._there[self._pads]
         can_touch[pads:] = True
         depth = self._depths(at)

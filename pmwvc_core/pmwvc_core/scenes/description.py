@@ -20,7 +20,6 @@ FORMAT = 1
 FIRST_HIDDEN = 3  # group of geoms that MuJoCo's own pictures leave out, and those above
 KINDS = {0: "plane", 2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
 NO_COLOR = (0.5, 0.5, 0.5, 1.0)  # what a geom without one has in MuJoCo
-MESH_DIGITS = 6  # of a point [m]
 
 
 def described(model: Any, data: Any, names: Sequence[str], whose: Sequence[int]) -> dict[str, Any]:
@@ -53,7 +52,7 @@ def _shape(model: Any, geom: int, names: Sequence[str]) -> dict[str, Any]:
     if kind == "mesh":
         mesh = int(model.geom_dataid[geom])
         for name, of, entries in (
-            ("points", "vert", model.mesh_vert.astype(float).round(MESH_DIGITS)),
+            ("points", "vert", model.mesh_vert.astype(float).round(6)),
             ("faces", "face", model.mesh_face),
         ):
             first, count = (getattr(model, f"mesh_{of}{each}")[mesh] for each in ("adr", "num"))

@@ -22,6 +22,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params.names import hint
+from pmwvc_core.plugins import refused
 from pmwvc_core.scenes.description import files_of
 from pmwvc_core.server.black_box import EnvironmentSetup
 
@@ -77,7 +78,8 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
     movable = next((body for body in spec.bodies[1:] if body.joints), None)
     bodies = _handles(spec, setup)
     for user in range(0 if bodies else setup.users):
-        bodies.append(spec.worldbody.add_body(name=f"pmwvc_user{user + 1}"))
+        with refused(where, cannot_be="used"):  # a body of that name is there
+            bodies.append(spec.worldbody.add_body(name=f"pmwvc_user{user + 1}"))
         bodies[user].add_geom(
             name=bodies[user].name, type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=FINGER_KG,
             size=[server.finger_m, 0.0, 0.0], friction=[0.0, 0.0, 0.0],
@@ -92,10 +94,8 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
             geom.condim = max(geom.condim, 4 if setup.dof > 3 else 3)  # rubs as it twists
     options = _set_options(mujoco, spec.option, setup.period_s, where)
-    try:
+    with refused(where, cannot_be="compiled"):
         model = spec.compile()
-    except ValueError as error:
-        raise ParameterError(f"{where}: {error}") from None
     fingers = set() if server.handles else {body.id for body in bodies}
     _check_masses(model, fingers, where)
     data = mujoco.MjData(model)
@@ -119,10 +119,8 @@ def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:
         raise ParameterError("server.scene is empty: name the scene's MJCF file (.xml)")
     if not file.is_file():
         raise ParameterError(f"{where}: there is no such file (looked in {Path.cwd()})")
-    try:
+    with refused(where, cannot_be="read"):
         spec = mujoco.MjSpec.from_file(str(file))
-    except ValueError as error:
-        raise ParameterError(f"{where}: {' '.join(str(error).split())}") from None
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     for texture in list(spec.textures):

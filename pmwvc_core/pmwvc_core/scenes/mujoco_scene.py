@@ -21,6 +21,7 @@ passes through it until it is outside. Equations: docs/theory.md 5.16.
 """
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,10 +38,7 @@ SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
 LARGEST_M_S = 1e3  # faster is no motion
 MOST_CONTACTS = 16  # shown in a step
-
-
-def _rotation(quaternion: Array) -> Rotation:
-    return Rotation.from_quat(np.roll(quaternion, -1))  # w first, in MuJoCo
+_rotation = partial(Rotation.from_quat, scalar_first=True)  # as MuJoCo has quaternions
 
 
 class MujocoScene:
@@ -55,8 +53,7 @@ class MujocoScene:
         self.model, self.held, self._shown, self._made_of = scene_model(setup)
         self.data, self._scratch = (self._mujoco.MjData(self.model) for _ in range(2))
         self._colliding = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
-        bodies = range(self.model.nbody)
-        self._names = [self.model.body(n).name or f"body{n}" for n in bodies]
+        self._names = [self.model.body(n).name or f"body{n}" for n in range(self.model.nbody)]
         moving = self.model.body_weldid != 0  # what is welded to the world has 0
         self._place = np.where(moving, np.cumsum(moving) - 1, -1)  # among those that move
         self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
@@ -109,7 +106,7 @@ class MujocoScene:
             self.data.qpos[held.qpos] = held.home + position[:3]
             if self._dof > 3:
                 turned = Rotation.from_rotvec(position[3:] / self._lever_m)
-                self.data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
+                self.data.qpos[held.ball] = turned.as_quat(scalar_first=True)
         self.data.qvel[held.dofs] = 0.0
         self._there[user], self._inside[user] = True, True
 
@@ -122,10 +119,7 @@ class MujocoScene:
         self._touches(held, False)
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
-        """Go on by ``dt`` [s] with ``f = drive - impedance v`` at every port; return the mean
-        velocities ``(users, dof)`` [m/s]. ``drive`` is ``(users, dof)`` [N], ``impedance``
-        ``(users,)`` [N s/m].
-        """
+        """Go on by ``dt`` [s] (:class:`pmwvc_core.server.black_box.BlackBox`)."""
         model, data = self.model, self.data
         steps = math.ceil(dt / min(SUB_STEP_S, model.opt.timestep) - 1e-9)
         model.opt.timestep = dt / steps
@@ -165,9 +159,10 @@ class MujocoScene:
 
     def _axes(self, held: Grasp) -> Array:
         """Return a handle's axes of motion in the world, ``(dof, dof)``: a ball turns with it."""
-        axes = np.eye(self._dof)
+        axes, turned = np.eye(self._dof), np.empty(9)
         if self._dof > 3:
-            axes[3:, 3:] = _rotation(self.data.qpos[held.ball]).as_matrix()
+            self._mujoco.mju_quat2Mat(turned, self.data.qpos[held.ball])
+            axes[3:, 3:] = turned.reshape(3, 3)
         return axes
 
     def _move_freely(self, held: Grasp, before: Array, v: Array, dt: float) -> None:
@@ -176,7 +171,7 @@ class MujocoScene:
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
         if self._dof > 3:
             turned = Rotation.from_rotvec(dt * v[3:]) * _rotation(before[held.ball])
-            data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
+            data.qpos[held.ball] = turned.as_quat(scalar_first=True)
         data.qvel[held.dofs] = v @ self._axes(held)
 
     def _show(self, dt: float) -> None:
@@ -222,16 +217,13 @@ class MujocoScene:
                 self._mujoco.mj_step(self.model, self.data)
             self.data.qvel[:] = 0.0
         elif pairs := self._overlaps():
-            names = [self._name(geom) for geom in pairs[0]]
+            geoms = [self.model.geom(each) for each in pairs[0]]
+            names = [repr(g.name or f"a geom of {self._names[g.bodyid[0]]}") for g in geoms]
             raise ParameterError(
                 f"server.scene = {setup.server.scene!r}: {names[0]} and {names[1]} overlap, which "
                 "would push them apart with energy of its own; move one, or set "
                 "server.settle = true"
             )
-
-    def _name(self, geom: int) -> str:
-        body = self.model.body(int(self.model.geom_bodyid[geom])).name
-        return repr(self.model.geom(geom).name or f"a geom of {body}")
 
     def _require_motion(self) -> None:
         """Raise where the scene has become unstable, with the state of the last good step back."""

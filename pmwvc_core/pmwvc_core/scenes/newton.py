@@ -4,12 +4,12 @@
 
 ::
 
-    missing(x) = a x - wanted + sum J^T phi(h J x) = 0
+    missing(x) = a x + g(x) - wanted + sum J^T phi(h J x) = 0
 
-A part of Newton's step is taken that comes nearer, or the whole one where none does: friction,
-bounded by mu F, has slopes of no potential. Where that does not settle (1 in 2000 steps with mu
-above 1), friction is bounded by what presses in the last round. The forces then have a potential,
-and a step is taken that does not go far beyond its least value. What no round mends is rounding.
+with g . x = 0. A part of Newton's step is taken that comes nearer, or the whole one where none
+does: friction, bounded by mu F, has slopes of no potential. Where that does not settle (1 in 2000
+steps with mu above 1), friction is bounded by what presses in the last round: forces then have a
+potential, and a step does not go far beyond its least value. What no round mends is rounding.
 """
 
 from collections.abc import Callable
@@ -20,17 +20,18 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenes.pressing import Pressed
 
-SETTLED, ROUNDED_W = 1e-12, 1e-18  # of what is wanted; where no round comes nearer
-MOST_ROUNDS, MOST_HALVINGS = 30, 12
+SETTLED, NEAR = 1e-14, 1e-11  # of what is wanted: done, and done in one round more
+ROUNDED_W, MOST_ROUNDS, MOST_HALVINGS = 1e-18, 30, 12  # where no round comes nearer
 
 
 class Trial(NamedTuple):
-    """Velocities ``(k,)``, what is missing to balance ``(k,)``, J ``(n, 3, k)``, the points, and
-    the poses that the velocities lead to.
+    """Velocities ``(k,)``, what is missing to balance ``(k,)``, its slope without the points
+    ``(k, k)``, J ``(n, 3, k)``, the points, and the poses that the velocities lead to.
     """
 
     x: Array
     missing: Array
+    slope: Array
     by: Array
     after: Pressed
     poses: Any
@@ -55,14 +56,15 @@ def balanced(
             bound = friction * trial.after.pressing
             trial = tried(trial.x, bound)
         rows = trial.by.reshape(-1, len(trial.x))
-        slope = np.diag(resists) + h * rows.T @ (trial.after.slope @ trial.by).reshape(rows.shape)
+        slope = trial.slope + h * rows.T @ (trial.after.slope @ trial.by).reshape(rows.shape)
         change = np.linalg.solve(slope, trial.missing)
-        for part in (*0.5 ** np.arange(MOST_HALVINGS), 1.0):
+        near = size(trial) <= NEAR**2 * whole
+        for part in (1.0,) if near else (*0.5 ** np.arange(MOST_HALVINGS), 1.0):
             then = tried(trial.x - part * change, bound)
             beyond = then.missing @ change < -0.5 * (trial.missing @ change)
             if size(then) < size(trial) if bound is None else not beyond:
                 break
-        if size(trial) <= min(ROUNDED_W, 2.0 * size(then)):
+        if near or size(trial) <= min(ROUNDED_W, 2.0 * size(then)):
             return min(trial, then, key=size)
         trial = then
     raise RuntimeError("the contacts of the box did not come to balance")

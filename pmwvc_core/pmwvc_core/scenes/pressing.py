@@ -70,10 +70,8 @@ def pressed(p: Points, motion: Array, h: float, bound: Array | None = None) -> P
     bristle = np.where(most[:, None] > 0.0, stays, 0.0)
     force = f - pressing[:, None] * n
     way = wanted / np.where(size > 0.0, size, 1.0)[:, None] * slips[:, None]
-    along, flat = _outer(way, way), ONE - _outer(n, n)
-    slope = (part * c)[:, None, None] * (flat - along) + rise[:, None, None] * (
-        _outer(n, n) - follows[:, None, None] * _outer(way, n)
-    )
+    slope = (part * c)[:, None, None] * (ONE - _outer(n, n) - _outer(way, way))
+    slope += _outer(rise[:, None] * (n - follows[:, None] * way), n)
     return Pressed(force, slope, pressing, bristle)
 
 
@@ -82,10 +80,9 @@ def _along_normal(p: Points, s: Array, h: float) -> tuple[Array, Array]:
     k, before = p.stiffness, np.where(p.can_touch, np.maximum(p.depth, 0.0), 0.0)
     after = np.where(p.can_touch, np.maximum(p.depth + s, 0.0), 0.0)
     inside, moves = (before > 0.0) & (after > 0.0), s != 0.0
-    share = np.where(moves, (after - before) / np.where(moves, s, 1.0), 0.0)
-    share = np.where(inside, 1.0, share)  # of the step in which the point is inside
-    mean = 0.5 * k * (before + after) * share
-    force = mean + p.damping / h * (after - before)
+    # of the step in which the point is inside
+    share = np.where(inside, 1.0, (after - before) / np.where(moves, s, 1.0))
+    force = 0.5 * k * (before + after) * share + p.damping / h * (after - before)
     touching = (after > 0.0) * 1.0
     of_share = np.where(inside | ~moves, 0.0, (touching - share) / np.where(moves, s, 1.0))
     rise = 0.5 * k * (touching * share + (before + after) * of_share)

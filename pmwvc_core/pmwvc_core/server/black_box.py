@@ -119,6 +119,7 @@ def _visited(
             if hasattr(s.environment, "join"):
                 s.pending.append(partial(s.environment.join, user, np.array(positions[user])))
             s.pending.append(partial(s.turned.since.pop, user, None))
+            s.pending.append(partial(s.turned.look, s.environment))
     return s._replace(there=there)
 
 
@@ -136,7 +137,6 @@ def _answer(
     if hasattr(environment, "meet"):
         drive = np.array([rooted(a.impedance, a.u) for a in avatars])
         impedance = np.array([a.impedance.b for a in avatars])
-        s.turned.look(environment)
         more = s.turned.repaying(s.places, s.there, h)
         drive += impedance[:, np.newaxis] * more
         velocity = signal(environment.meet(drive, impedance, h), start.shape, "meet")
