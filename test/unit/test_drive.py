@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.simulated import simulated
 
-from pmwvc_analysis.verdicts.drive import UNKNOWN, drive
+from pmwvc_analysis.verdicts.drive import UNKNOWN, drive, works
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
@@ -27,6 +27,11 @@ def wall(*texts, duration_s=8.0):
 def judged(scenario):
     """Return the verdict on stability of its session."""
     return verdict(simulated(scenario), scenario)
+
+
+def drove(traces, scenario, start_s, end_s):
+    """Return who drove its motion."""
+    return drive(traces, scenario, start_s, end_s, works(traces, scenario))
 
 
 def pressed(tmp_path, *, from_s, until_s):
@@ -96,7 +101,7 @@ def test_a_constant_force_that_pushes_the_object_to_a_stop_shakes_no_loop():
         scenario = scenarios.load("carry_16ms", settings_texts=[*words, *texts], duration_s=6.0)
         found = judged(scenario)
         assert found.stable is stable, found.why
-    made = drive(simulated(scenario), scenario, 3.0, 6.0)  # the control: made on the way
+    made = drove(simulated(scenario), scenario, 3.0, 6.0)  # the control: made on the way
     assert made.share < -0.1 and made.made_j > 1.0 and not made.by_hands
 
 
@@ -122,19 +127,19 @@ def test_an_arm_that_presses_its_device_against_a_stop_shakes_no_loop():
 def test_a_passive_loop_never_drives_a_motion(channel, delay_ms, stiffness, start_s, length_s):
     texts = f"channel={channel}", f"link.delay_s={delay_ms / 1e3}"
     scenario = wall(*texts, f"server.contact_stiffness={stiffness}", duration_s=6.0)
-    found = drive(simulated(scenario), scenario, start_s, start_s + length_s)
+    found = drove(simulated(scenario), scenario, start_s, start_s + length_s)
     assert found != UNKNOWN and not found.by_loop
 
 
 def test_nothing_is_said_where_work_is_not_known():
     scenario = wall(*PLAIN)
     traces = simulated(scenario)
-    assert drive(traces, scenario, 1.0, 3.0) != UNKNOWN
-    assert drive(traces, None, 1.0, 3.0) == UNKNOWN
+    assert drove(traces, scenario, 1.0, 3.0) != UNKNOWN
+    assert drove(traces, None, 1.0, 3.0) == UNKNOWN
     active = wall("server.coupling=unknown", "server.environment=active_wall")
-    assert drive(simulated(active), active, 1.0, 3.0).moved_j == 0.0
+    assert drove(simulated(active), active, 1.0, 3.0).moved_j == 0.0
     alone = scenarios.load("carry_16ms", settings_texts=["channel=plain"], duration_s=4.0)
-    assert drive(traces, alone, 1.0, 3.0).moved_j == 0.0  # the other user was not recorded
+    assert drove(traces, alone, 1.0, 3.0).moved_j == 0.0  # the other user was not recorded
 
 
 @pytest.mark.parametrize(("delay_s", "gave"), [(0.05, True), (0.0, False)])

@@ -61,6 +61,13 @@ class Rig:
             self.loop.tick(Tick(self.grid, self.now_ns, self.now_ns, 0, 0))
         return self
 
+    @property
+    def unaccounted_j(self):
+        """What came in as waves and is neither stored nor lost."""
+        row = self.rows[-1]
+        held = row.kinetic + row.potential + row.dissipated
+        return sum(row.energy_u_s) - sum(row.energy_v_s) - held
+
     def bye(self, user):
         self.send(user, flags=FLAG_LEAVING)
 
@@ -116,15 +123,15 @@ def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
     def anew(user):
         return {packet.flags & FLAG_ANEW for packet in rig.sent[user]}
 
-    rig = Rig().step(0, 1, times=10).step(0, times=10)
+    rig = Rig().step(0, 1, times=10, wave=0.3).step(0, times=10)
     assert rig.presence == ["COUPLED", "DAMPING"]
-    assert rig.rows[-1].u_s[1] == 0.0
+    assert rig.rows[-1].u_s[1] == 0.0 and rig.rows[-2].potential > 0.0
     rig.step(0, 1)  # a gap too short to be taken out
     assert len(anew(1)) == 1
     rig.step(0, times=130)
     assert rig.presence == FIRST
     rig.step(0, 1)
-    assert rig.presence == BOTH
+    assert rig.presence == BOTH and rig.unaccounted_j == pytest.approx(0.0, abs=1e-15)
     assert (len(anew(1)), len(anew(0))) == (2, 1)
 
 
@@ -137,6 +144,10 @@ def test_a_restarted_user_begins_anew_without_a_force():
     rig.step(0, times=2).step(0, 1)
     assert rig.end.inboxes[1].epoch == 77
     assert rig.end.avatar(1) == (0.5, 0.0)
+    rig.step(0, 1, times=5, wave=0.7)
+    rig.bye(1)
+    rig.step(0)  # what its spring held was lost, twice
+    assert rig.rows[-2].potential > 0.0 and rig.unaccounted_j == pytest.approx(0.0, abs=1e-13)
 
 
 def test_the_target_rests_until_all_are_there():

@@ -24,8 +24,8 @@ CHIRP = {
     "operator.kind": "chirp",
     "operator.frequency_hz": 0.5,
     "operator.frequency_end_hz": 30.0,
-    "operator.sweep_s": 10.0,
-    "duration_s": 30.5,
+    "operator.sweep_s": 6.0,
+    "duration_s": 18.5,
     "link.delay_s": 0.008,
 }
 
