@@ -16,6 +16,14 @@ RECORDED_DATA = Path(__file__).parent / "data"
 # Quick ones first.
 ORDER = ("project", "law", "unit", "property", "oracle", "browser", "integration")
 LIVE = ("browser", "integration")  # with real nodes or a browser
+# Of these the nodes are one by one, with the test as their peer: they may run beside sessions.
+SINGLE = {
+    f"test_{name}.py"
+    for name in (
+        *("environments", "mapped_device", "master", "netem", "node_ends", "node_settings"),
+        *("recorder", "six_axes", "vendor_devices", "wrong_token"),
+    )
+}
 NICENESS = 10  # of tests that only compute, beside live nodes
 if "PYTEST_XDIST_WORKER" in os.environ:
     # On several workers they come first: they wait more than they compute, and last they would
@@ -38,13 +46,14 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
 class ByFile(LoadScopeScheduling):
-    """The tests of a file on one worker, so that what they share is made once; all tests with live
-    nodes on one: two 1 kHz sessions at once are not two users.
+    """The tests of a file on one worker, so that what they share is made once; all sessions with
+    live nodes on one: two 1 kHz sessions at once are not two users.
     """
 
     def _split_scope(self, nodeid: str) -> str:
-        file = nodeid.partition("::")[0]
-        return "live" if Path(file).parts[1] in LIVE else file
+        file = Path(nodeid.partition("::")[0])
+        sessions = file.parts[1] in LIVE and file.name not in SINGLE
+        return "live" if sessions else str(file)
 
 
 def pytest_xdist_auto_num_workers() -> int:

@@ -6,7 +6,7 @@ the position feedback, and the stiffness rendered: ``make presses`` writes ``doc
 
 One hand on the strict channel, 16 ms each way, follows a raised cosine through a grip of 375 N/m,
 from 2 mm before the wall to the depth that takes the force. Every press makes and breaks contact.
-E0 = 5 mJ is lent, K_p adapts. Virtual time: 600 s take about two minutes.
+E0 = 5 mJ is lent, K_p adapts.
 """
 
 import sys

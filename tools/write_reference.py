@@ -13,8 +13,8 @@ from typing import Any
 from pmwvc_core.network.effects import amounts
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams, Spec, ports, specs
-from pmwvc_core.params.fields import NO_DEFAULT
-from pmwvc_core.params.names import leaves
+from pmwvc_core.params.fields import NO_DEFAULT, groups
+from pmwvc_core.params.names import joined, leaves
 from pmwvc_core.scenario.scenario import Scenario, User, prefixed
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -94,7 +94,11 @@ def _both(up: str, down: str) -> str:
 def _link(params: LinkParams) -> str:
     """Return delay, jitter, loss and the rest of a link in words."""
     words = ", ".join([f"{params.delay_s * 1e3:g} ms", *amounts(params).values()])
-    return words.replace(" of the packets", "")
+    return (
+        words.replace(" of the packets", "")
+        .replace("loss of ", "loss ")
+        .replace(", in b", " in b")
+    )
 
 
 def _joined(*parts: str) -> str:
@@ -142,11 +146,17 @@ def reference_page(sections: Mapping[str, type]) -> str:
     for prefix, kind in sections.items():
         if prefix:  # those without belong to whatever plug-ins are installed
             shared.setdefault(kind, []).append(prefix)
-    parts = []
+    parts, first = [], dict[type, str]()
     for kind, prefixes in shared.items():
         heading = ", ".join(f"`{prefix}`" for prefix in prefixes)
         text = "\n".join(line.strip() for line in (kind.__doc__ or "").strip().splitlines())
-        parts.append(f"## {heading}\n\n{text}\n\n{group_table(prefixes[0], kind)}")
+        table = group_table(prefixes[0], kind)
+        for name, nested in groups(kind).items():
+            known = first.setdefault(nested, joined(prefixes[0], name))
+            if known != joined(prefixes[0], name):
+                rows = [row for row in table.splitlines() if not row.startswith(f"| `{name}.")]
+                table = "\n".join([*rows, f"| `{name}.*` | | | as `{known}.*` |", ""])
+        parts.append(f"## {heading}\n\n{text}\n\n{table}")
     return "\n".join(parts)
 
 

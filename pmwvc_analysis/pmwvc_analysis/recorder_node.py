@@ -94,8 +94,7 @@ class Recorder:
             if not reported and writer.problem:
                 reported = True
                 elsewhere = f"report it with: pmwvc report {writer.folder} --out OTHER"
-                text = f"recorder: {writer.problem}; {elsewhere}"
-                print(text, file=sys.stderr, flush=True)
+                print(f"recorder: {writer.problem}; {elsewhere}", file=sys.stderr, flush=True)
         until = time.monotonic() + LINGER_S
         while self._take_all() or time.monotonic() < until:
             time.sleep(POLL_S)

@@ -54,8 +54,7 @@ def finish(
     begins("judging the session")
     traces.events = events.complete(traces, scenario)
     ended = endings.endings(traces, traces.events, scenario)
-    judged = until(traces, endings.judged_until_s(traces, ended))
-    energies = budget(judged, scenario)
+    energies = budget(until(traces, endings.judged_until_s(traces, ended)), scenario)
     result = summary(traces, scenario, energies)
     target = folder if out is None else Path(out)
     elsewhere = f"'pmwvc report {folder} --out FOLDER' writes the report elsewhere"

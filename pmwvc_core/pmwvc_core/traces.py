@@ -187,6 +187,12 @@ class HandTargets:
 
     time_s: Array  # (target,)
     position: Array  # (target, 3) [m]
+    turn: Array = field(default_factory=lambda: np.zeros(3))  # (target, 3) sums of turns [rad]
+
+    def ways(self, scenario: Any) -> Array:
+        """Return the targets along the axes of a scenario [m], of the last three at the lever."""
+        turns = np.broadcast_to(scenario.server.lever_m * self.turn, self.position.shape)
+        return np.hstack([self.position, turns])[:, : scenario.dof]
 
 
 @dataclass

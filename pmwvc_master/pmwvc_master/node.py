@@ -64,16 +64,14 @@ class Master:
         self.device.open()
         master = settings.master
         if has_waves(settings.controller):
-            for text in warnings_of(
-                master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
-            ):
+            rate_drop = master.rate_drop
+            for text in warnings_of(master.filter, tick_s=master.tick_s, rate_drop=rate_drop):
                 node.get_logger().warning(text)
         rates = f"{1.0 / master.tick_s:.0f} force ticks and {1.0 / master.frame_s:.0f} packets"
         device = f"device {settings.device.plugin}"
         node.get_logger().info(f"{rates} per second; {device}; waiting for the server")
         self._late = 0  # late samples when last looked
-        link = "wave_down", "wave_up", self.loop.protocol.inbox
-        links = {f"{settings.name}/down": link}
+        links = {f"{settings.name}/down": ("wave_down", "wave_up", self.loop.protocol.inbox)}
         self._watch = Watch(node, self.loop, links=links, reception="reception", epoch=epoch)
         node.create_service(Trigger, "~/rearm", self._rearm)
         node.create_service(SetBool, "~/clutch", self._clutch)

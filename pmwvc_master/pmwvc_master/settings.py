@@ -52,7 +52,7 @@ class MasterSettings(User):
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> UserEnd:
         """Return this user's end of the protocol, for a device that declares this of itself."""
-        user = replace(self, given_safety=limits_of(info, self.given_safety))
+        user = replace(self, given_safety=limits_of(info, self.given_safety, self.server.lever_m))
         return UserEnd(user, self, epoch=epoch, schedule=LIVE)
 
     def device_setup(self, node: Node) -> DeviceSetup:

@@ -147,8 +147,7 @@ class Netem:
             relayed.late_ns = 0
             c, faults = relayed.link.counters, relayed.link.faults.steps
             ways = f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}"
-            rest = f"in flight {c.queued}, invalid {relayed.invalid}"
-            values[relayed.name] = f"{ways}, {rest}"
+            values[relayed.name] = f"{ways}, in flight {c.queued}, invalid {relayed.invalid}"
             if faults:
                 values[f"{relayed.name}: faults"] = relayed.link.failed
             if faults > self._faults.get(relayed.name, 0):

@@ -86,8 +86,7 @@ class Settings:
                 source, target = (f"{end}/wave_{direction}" for end in ends)
                 listener = partial(self._listener, name)
                 params = self._declare_link(f"{user}.{prefix}", listener, common)
-                seed = (self.seed, index, number)
-                setups.append(LinkSetup(name, source, target, seed, params))
+                setups.append(LinkSetup(name, source, target, (self.seed, index, number), params))
                 each.append(params)
             # those for all users get the values that all users have in common
             shared = {

@@ -90,8 +90,7 @@ class ServerNode:
 
     def _change_contact(self, user: int, params: ContactParams) -> None:
         impedance = server_impedance(params, self.settings.users[user].master)
-        change = partial(self.loop.protocol.configure_user, user, params, impedance)
-        self._pending.append(change)
+        self._pending.append(partial(self.loop.protocol.configure_user, user, params, impedance))
 
     def _pause(self, params: PauseParams) -> None:
         self._pending.append(partial(self.loop.protocol.pause, params.paused))

@@ -75,8 +75,7 @@ class ServerSettings:
 
     def make_step(self, epoch: int) -> ServerEnd:
         """Return the server's end of the protocol at rest, with no user present."""
-        call = caller(self.server)
-        return ServerEnd(self, epoch=epoch, call=call, idle_until_joined=True)
+        return ServerEnd(self, epoch=epoch, call=caller(self.server), idle_until_joined=True)
 
 
 def declare_settings(

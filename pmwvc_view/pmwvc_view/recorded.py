@@ -71,7 +71,7 @@ class RecordedSession:
 
     def _targets(self) -> Iterator[Samples]:
         for user, targets in self._traces.targets.items():
-            places = targets.position[:, : self.layout.dof]
+            places = targets.ways(self._scenario)
             yield Samples(f"{user}.target", targets.time_s, places, np.inf)
             yield Samples(f"{user}.held", targets.time_s, np.isfinite(places[:, 0]), np.inf)
 
@@ -110,8 +110,7 @@ class RecordedSession:
             can=CAN,
             snapshot_s=self._period_s,
         )
-        start_s = float(self.rows[int(np.logical_and.reduce(there).argmax()), 1])
-        return about | {"start_s": start_s}
+        return about | {"start_s": float(self.rows[np.logical_and.reduce(there).argmax(), 1])}
 
     def texts(self) -> list[tuple[int, dict[str, Any]]]:
         """Return the texts with the rows from which they hold."""

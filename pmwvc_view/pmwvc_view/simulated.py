@@ -117,8 +117,7 @@ class SimulatedSession(Session):
         return self._snapshots(simulation.tick * simulation.tick_ns)
 
     def _give(self, user: str, position: Sequence[float] | None) -> None:
-        target = None if position is None else value(tuple(position))
-        self._simulation.targets[user].append(target)
+        self._simulation.targets[user].append(None if position is None else value(tuple(position)))
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self.wanted = wanted

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, PoseStamped, TwistStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from support.played_server import FRAME_S, MODULE, STEP_N, USER, Server, master, signal
@@ -203,7 +203,7 @@ def test_a_remote_hand_follows_its_topic_and_lets_go_by_silence_held_and_nan():
     operator = OperatorParams(kind="remote")
     with ros() as peer, master(peer, operator=operator) as (_, blocks, waves):
         server = Server(peer)
-        target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
+        target = peer.node.create_publisher(PoseStamped, "/user1/hand/target", WAVE_QOS)
         held = peer.node.create_publisher(Bool, "/user1/hand/held", RECORDED_QOS)
         peer.until(target.get_subscription_count)
         peer.until(held.get_subscription_count)
@@ -215,8 +215,8 @@ def test_a_remote_hand_follows_its_topic_and_lets_go_by_silence_held_and_nan():
                 peer.until(lambda: waves)
                 server.answer()
                 if place is not None:
-                    point = PointStamped()
-                    point.point.x = place
+                    point = PoseStamped()
+                    point.pose.position.x = place
                     target.publish(point)
 
         def free():

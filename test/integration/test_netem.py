@@ -132,6 +132,7 @@ def test_a_signal_ends_it_in_order_with_the_record_complete(number):
         peer.until(lambda: sum(row["fate"] == FateKind.INVALID for row in line.records()) == 2)
         line.send()
         peer.until(lambda: same(line.received[-1][1], line.sent[-1][1]))
+        peer.until(lambda: line.originals()[-1]["seq"] == len(line.sent))
         assert peer.set_parameters("/netem", {"link.up.delay_s": 60.0}) == [""]
         known = len(line.originals())
         line.send(10)

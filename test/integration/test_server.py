@@ -44,11 +44,8 @@ def press(run):
     assert list(last[-1].state) == [ServerTrace.COUPLED] * 2
 
 
-def test_two_users_press_the_cube_and_get_its_force(pressed):
-    press(pressed)
-
-
-def test_so_they_do_directly_coupled_and_say_goodbye_at_the_end():
+def test_directly_coupled_they_press_the_cube_too_and_say_goodbye_at_the_end():
+    """The first one here: the session of the others has the same topics."""
     with session(controller="direct", **BILATERAL) as run:
         run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
         run.settled()
@@ -59,6 +56,10 @@ def test_so_they_do_directly_coupled_and_say_goodbye_at_the_end():
         for user in SIDES:  # the last before is not that they fell silent
             news = [line for line in run.server.output.splitlines() if f"{user} " in line]
             assert news[-1].endswith("left") and "is coupled" in news[-2], news
+
+
+def test_two_users_press_the_cube_and_get_its_force(pressed):
+    press(pressed)
 
 
 def test_packets_of_a_rogue_publisher_are_counted_and_harmless(pressed):

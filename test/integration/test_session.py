@@ -137,6 +137,18 @@ def lateness_s(session, name):
     return found + sum(link["delay_s"]["max"] - link["delay_s"]["p50"] for link in links)
 
 
+def test_a_recorder_that_stood_still_for_five_seconds_has_everything(tmp_path):
+    disturbances = "disturbances=0.5 stop recorder; 5.5 continue recorder"
+    words = ["--duration", 6.5, "--set", disturbances]
+    with Running(tmp_path / "session", "carry_16ms", *words) as session:
+        assert session.end() == 0, session.output()
+        recording = session.summary()["recording"]
+    assert set(recording["missing"].values()) == {0}
+    assert recording["holes"] == []
+    assert [event["kind"] for event in session.events()] == ["disturbance"] * 2
+    assert set(recording["not_relayed"].values()) <= {0}  # what is sent again is in nobody's way
+
+
 def test_the_session_folder_holds_what_is_needed_to_run_it_again(carried):
     names = {path.name for path in (carried.folder / "nodes").iterdir()}
     for node in carried.seen:

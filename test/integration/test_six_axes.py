@@ -1,15 +1,22 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A device behind topics along six axes: its orientation in, a torque out."""
+"""Orientations of a live session: of a device behind topics, and of the hand of a page."""
+
+import signal
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from scipy.spatial.transform import Rotation
 from support.played_server import Server, master
 from support.processes import ros
+from support.sessions import Running
 
+from pmwvc_analysis.recording.reader import read_session
+from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import WAVE_QOS
+from pmwvc_msgs.msg import MasterTrace, Wave
+from pmwvc_view.live.topics import PublishedHand
 
 LEVER_M, TURN_RAD = 0.1, 0.01
 
@@ -43,3 +50,36 @@ def test_a_handle_that_turns_meets_a_torque_and_its_way_is_the_lever_times_its_t
             for wrench in wrenches:
                 assert abs(wrench.wrench.force.x) < 1e-9
             assert process.stop() == 0
+
+
+ANGLE_RAD, BACK_M = 0.4, 0.02
+
+
+def test_a_turn_of_a_page_reaches_the_orientation_of_the_avatar_and_the_recording(tmp_path):
+    """Real nodes: page, master with its hand, emulator, server. Nothing turned before."""
+    folder, lever_m = tmp_path / "session", ServerParams.lever_m
+    settings = ("user1.operator.kind=remote", "task.kind=hold")
+    words = [word for setting in settings for word in ("--set", setting)]
+    with Running(folder, "lift_body", "--duration", 250, *words) as session:
+        with ros(domain=session.domain()) as peer:
+            hand = PublishedHand(peer.node, "/user1", lever_m)
+            blocks = peer.collect(MasterTrace, "/user1/trace")
+            waves = peer.collect(Wave, "/user1/wave_down")
+            peer.until(lambda: waves and blocks and blocks[-1].state == MasterTrace.COUPLED)
+            assert abs(waves[-1].orientation[3]) > 1.0 - 1e-6
+            start, turned, steps = list(blocks[-1].x[-6:]), 0.0, 0
+            while turned < ANGLE_RAD - 0.02:
+                waves.clear()
+                peer.until(lambda: len(waves) >= 2)
+                steps += 1
+                angle = ANGLE_RAD * min(1.0, steps / 100)
+                hand.give([start[0] - BACK_M, *start[1:5], lever_m * angle])
+                x, y, z, w = waves[-1].orientation
+                turned = 2.0 * np.arctan2(z * np.sign(w), abs(w))
+                assert steps < 1000, turned
+            assert abs(x) + abs(y) < 1e-3
+        session.process.send_signal(signal.SIGINT)
+        assert session.end() == 0, session.output()
+    found = read_session(folder).targets["user1"]
+    np.testing.assert_allclose(found.turn[:, :2], 0.0, atol=1e-9)
+    assert abs(found.turn[-1, 2] - ANGLE_RAD) < 1e-9

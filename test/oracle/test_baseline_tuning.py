@@ -91,7 +91,7 @@ def test_the_criteria_are_those_published():
 @pytest.mark.parametrize("name", ["carry_16ms", "carry_24ms"])
 def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(name):
     """3 N s/m are enough at 16 ms and too little at 24 ms; the rule asks for 4.1 and 8.1."""
-    words = ["controller=tdpa", "duration_s=9"]
+    words = ["controller=tdpa", "duration_s=12"]
     ours = -tuning.check_tdpa(TdpaParams(damping=0.0), loop_in(load(name)))["delay"]
     scenarios = [
         load(name, settings_texts=[*words, f"baseline.tdpa.damping={damping}"])
@@ -131,7 +131,7 @@ def test_a_contact_too_stiff_for_the_servers_step_stays_unstable_on_any_link(sti
         "carry_24ms",
         settings_texts=[
             "controller=tdpa",
-            "duration_s=6",
+            "duration_s=9",
             f"server.contact_stiffness={stiffness}",
         ],
     )

@@ -29,7 +29,7 @@ from benchmark.written import conditions, medians, sessions, table
 from pmwvc_core.network.presets import PRESETS
 
 TINY = Plan(
-    2, ("wifi_campus",), 1, ("wifi_campus", "thesis_lan_24"), 1, duration_s=3.0,
+    2, ("wifi_campus",), 1, ("wifi_campus", "thesis_lan_24"), 1, duration_s=4.0,
     methods=("strict", "direct"), tasks=("carry", "free"),
 )  # fmt: skip
 COARSE = Grid(tuple(np.geomspace(10.0, 20000.0, 4).tolist()), (1.0, 100.0))
@@ -43,17 +43,6 @@ def tiny():
 def ran(trials, log):
     log += trials
     return [run(trial) for trial in trials]
-
-
-def test_the_same_seed_gives_the_same_table_and_another_one_does_not(tiny):
-    small = dataclasses.replace(TINY, methods=("direct",), tasks=("free",))
-    again = study(small, 5, Kept(workers=1))
-    of = ("direct", "free")
-    mine = {trial: one for trial, one in tiny.judged.items() if (trial.method, trial.task) == of}
-    assert again.judged == mine  # whatever else was run
-    *_, text = (line for line in table(again).splitlines() if line.startswith("| `direct`"))
-    assert text in table(tiny)
-    assert text not in table(study(small, 6, Kept(workers=1)))
 
 
 def test_a_session_that_fails_is_counted_and_not_dropped(tiny):

@@ -146,7 +146,7 @@ def drawn(seed, data):
         try:
             return parse_scenario(
                 read(find(name)), source=name, overrides=d.settings, users=users,
-                duration_s=d.one_of(3.0, 4.0),
+                duration_s=d.one_of(3.0, 3.0),
             )  # fmt: skip
         except PmwvcError:
             continue

@@ -124,16 +124,16 @@ def test_behind_an_encoder_nothing_is_spent_that_the_hand_did_not_give():
         assert user.accounts["position_discarded"][-1] > 0.1  # what the noise would have paid
         assert user.accounts["position_spent"][-1] < 1e-6
     # the control: with exact sensors the same hand does pay
-    exact, _ = carried(FIRST_ORDER, "master.position.gain=80")
+    exact, _ = carried(FIRST_ORDER, "master.position.gain=80", duration_s=8.0)
     assert all(user.accounts["position_spent"][-1] > 1e-5 for user in exact.users)
 
 
 def test_the_noise_of_an_encoder_is_what_the_formula_gives():
     filtering = "master.filter.kind=integrate_and_dump"
-    traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000")
+    traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000", duration_s=9.0)
     said = encoder_noise_w(scenario.users[0])
     assert any("noise that is not the hand's" in line for line in lines(scenario, live=False))
-    clean, _ = carried(filtering)
+    clean, _ = carried(filtering, duration_s=9.0)
     for noisy, quiet in zip(user_energies(traces), user_energies(clean), strict=True):
         rows = noisy.joint.time_s > 6.0
         lost = quiet.joint.balance_j[rows] - noisy.joint.balance_j[rows]
@@ -146,6 +146,6 @@ def test_the_noise_of_an_encoder_is_what_the_formula_gives():
 
 
 def test_a_tank_that_begins_full_is_a_declared_storage():
-    traces, scenario = carried("controller=pspm", duration_s=2.0)
+    traces, scenario = carried("controller=pspm", duration_s=1.0)
     for entry in user_energies(traces, scenario):
         assert entry.joint.declared_j == pytest.approx(2 * PspmParams().initial_j)

@@ -47,7 +47,7 @@ def test_without_the_device_a_link_of_waves_is_b_tau_half_and_in_contact_tau_ove
     """
     settings = [f"channel={channel}", "master.impedance=30", "server.impedance=30"]
     settings += ["device.damping=2", "link.delay_s=0.016", "server.contact_stiffness=800"]
-    for mass in (0.2, 0.4):
+    for mass in (0.2, 0.4) if channel == "plain" else (0.3,):
         scenario = load("wall", settings_texts=[*settings, f"device.mass={mass}"])
         (found, how), exact = probed(scenario), transparency(scenario).rendered
         for each, near in ((found, 0.02), (exact, 1e-3)):  # a swing is not at rest
@@ -60,7 +60,7 @@ def test_without_the_device_a_link_of_waves_is_b_tau_half_and_in_contact_tau_ove
 
 
 def test_each_user_is_probed_through_its_own_link():
-    settings = ["user2.master.impedance=50", "user2.server.impedance=50", "channel=strict"]
+    settings = ["user2.master.impedance=50", "user2.server.impedance=50", "channel=plain"]
     scenario = load("carry_16ms", settings_texts=settings)
     first, second = (probed(scenario, user)[0] for user in (0, 1))
     assert second.mass_link == pytest.approx(2.0 * first.mass_link, rel=0.02)

@@ -34,23 +34,8 @@ def numbers(name, **changed):
     return figure.compute({**figure.parameters, **changed})["numbers"]
 
 
-def test_the_stiffness_table_behind_fig_2_of_app_b():
-    """Without delay and with the longest."""
-    found = numbers("B2", points=2, delay_frames=[0, 3])
-    table = {
-        "pole_50": (5280.5, 2224.2),
-        "pole_100": (1037.4, 952.2),
-        "foh_pole_50": (4528.2, 2181.7),
-    }
-    for name, limits in table.items():
-        for delay, expected in zip((0, 3), limits, strict=True):
-            assert found[f"k_max_{name}_delay_{delay}"] == pytest.approx(expected, rel=5e-3)
-    for delay in (0, 3):
-        assert found[f"k_max_implicit_pole_50_delay_{delay}"] is None
-        assert found[f"k_max_cutoff_50_hz_3_db_delay_{delay}"] == 0.0
-
-
 def test_direct_coupling_of_app_b_fig_3():
+    """The table behind Fig. 2: ``test_stability_model.py``."""
     found = numbers("B3", points=2)
     for delay, expected in enumerate((2500.0, 335.3, 47.1, 0.0)):
         assert found[f"k_max_delay_{delay}"] == pytest.approx(expected, rel=5e-3)

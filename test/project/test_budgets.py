@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST_FILE = 250  # lines
+PAGES = 250_000  # bytes of docs/*.md
 THRESHOLD = re.compile(r"^(?!ROUND|SAME|DRAWN)[A-Z_, ]+_(?:S|N|J|M|HZ|M_S|RATIO) = [0-9.]", re.M)
 
 
@@ -140,6 +141,10 @@ def test_every_file_of_the_product_is_in_one_room():
 def test_no_file_is_longer_than_the_longest():
     long = {file.name: lines_of(file) for room in ROOMS.values() for file in files_of(room)}
     assert max(long.values()) <= LONGEST_FILE, max(long, key=long.__getitem__)
+
+
+def test_the_pages_stay_within_their_budget():
+    assert sum(page.stat().st_size for page in (ROOT / "docs").glob("*.md")) <= PAGES
 
 
 def test_every_number_that_judges_stands_in_the_table_of_thresholds():

@@ -37,11 +37,20 @@ def cited(text):
 
 
 def file_of(home):
+    """Return the file of a home: a path, or a module of the core or of the analysis."""
     module = home.partition(":")[0]
     if module.endswith(".py"):
         return ROOT / module
-    path = ROOT / module.split(".")[0] / Path(*module.split("."))
-    return path.with_suffix(".py") if path.with_suffix(".py").exists() else path / "__init__.py"
+    inside = Path(*module.split("."))
+    found = [
+        file
+        for package in ("pmwvc_core", "pmwvc_analysis")
+        for path in (ROOT / package / package / inside, ROOT / package / inside)
+        for file in (path.with_suffix(".py"), path / "__init__.py")
+        if file.is_file()
+    ]
+    assert len(found) == 1, f"{home}: {found}"
+    return found[0]
 
 
 def named_in(file):

@@ -17,7 +17,7 @@ from pmwvc_core.scenario.names import varied
 
 # Drawn ones with every coupling, filter and number of users: those in which a wrong rule shows.
 STRUCTURES = (3, 10, 13, 17, 20, 24, 26, 27, 32, 35, 36, 40)
-RUNS = 12  # numbers for each: 144 scenarios
+RUNS = 8  # numbers for each: 96 scenarios
 FRAMES = ((0, 0), (0, 1), (2, 3), (14, 14))  # of delay up and down
 FILTERS = (
     {"kind": "integrate_and_dump"},
@@ -121,19 +121,19 @@ def judged():
 
 
 def test_nothing_proved_is_unstable_at_any_delay(judged):
-    assert len(judged) >= 140
+    assert len(judged) == 96
     proved = [row for row in judged if row[0].proved]
-    assert len(proved) > 60
+    assert len(proved) > 40
     assert max(touching for _, touching, _, _ in proved) <= 1.0 + ROUNDING
     free = [free for proof, _, free, _ in proved if not proof.touching]
-    assert len(free) > 20
+    assert len(free) > 13
     assert max(free) <= 1.0 + ROUNDING
 
 
 def test_parts_that_are_passive_one_by_one_are_not_enough(judged):
     """The control: a held device gives out energy below b T/m = 2, and so does little aliasing."""
     wrong = [max(row[1], row[2]) > 1.0 + 1e-6 for row in judged if row[3]]
-    assert sum(wrong) > 20
+    assert sum(wrong) > 13
 
 
 def test_most_of_what_is_stable_at_all_delays_tried_is_proved(judged):

@@ -21,6 +21,7 @@ from pmwvc_core.law.channel.playout import (
     resting_playout,
     waiting,
 )
+from pmwvc_core.law.wave.following import FREE, followed
 from pmwvc_core.plant.hand import RecordedHand, recorded_motion
 from pmwvc_core.simulation.conditions import Conditions, place_of
 from pmwvc_core.simulation.session import simulate
@@ -67,6 +68,22 @@ def test_no_course_of_impedance_or_ramp_gives_out_more_or_loses_displacement(see
 def test_waves_that_are_paid_for_as_if_the_impedance_stayed_give_out_more():
     """The control."""
     assert min(played(seed, counts_r=False)[0] for seed in range(5)) < -1e-3
+
+
+def test_the_impedance_rises_in_a_contact_and_falls_behind_it():
+    """r from 1 to n in 0.1 s, from the first contact force above 0.05 N; 60 ms behind the last
+    one it falls, in 50 ms. Packets carry whole levels of it. docs/theory.md 17.28
+    """
+    s, found = FREE, []
+    for k in range(500):
+        force = (0.06,) if 50 <= k < 250 else (0.04,)
+        s = followed(s, force, H, 4.0)
+        found.append(s.ratio)
+    times_s = np.array([0.0, 0.049, 0.149, 0.308, 0.358, 0.499])
+    expected = np.interp(H * np.arange(500), times_s, [1.0, 1.0, 4.0, 4.0, 1.0, 1.0])
+    np.testing.assert_allclose(found, expected, atol=3.0 / 255.0 + 1e-9)
+    assert found[148] < found[149] == found[308] == 4.0 and found[358] == 1.0
+    assert followed(FREE, (1.0,), H, 1.0) == FREE  # of a constant impedance
 
 
 def wall(delay_s, *texts):

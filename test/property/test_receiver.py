@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from support.packer import Packer
 
 from pmwvc_core.numeric import finite
-from pmwvc_core.transport.packet import Receipt
+from pmwvc_core.transport.packet import LAST_NUMBER, Receipt
 from pmwvc_core.transport.receiver import Receiver
 
 PERIOD_S = 0.008
@@ -100,3 +100,18 @@ def test_loss_of_any_length_is_counted_and_the_stream_goes_on(gaps):
         assert inbox.push(packet, seq * PERIOD_NS) in ACCEPTING
         assert inbox.newest.wave == float(seq)
     assert inbox.lost == sum(gaps) - len(gaps)
+
+
+def test_after_the_last_number_they_begin_anew():
+    inbox = receiver()
+    packer = Packer(1, period=PERIOD_S)
+    packer.seq = LAST_NUMBER - 3
+    packets = [packer.pack(float(n), 0.0, n * PERIOD_NS) for n in range(6)]
+    assert [packet.seq for packet in packets[2:4]] == [LAST_NUMBER, 1]
+    for packet in (packets[0], *packets[2:]):
+        assert inbox.push(packet, 0) in (Receipt.NEW_EPOCH, Receipt.ACCEPTED)
+    assert inbox.lost == 1
+    assert inbox.push(packets[1], 1) is Receipt.REORDERED
+    assert inbox.lost == 0
+    assert {inbox.push(packet, 10**9) for packet in packets} == {Receipt.DUPLICATE}
+    assert inbox.newest.wave == 5.0

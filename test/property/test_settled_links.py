@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Every parameter of a link that may change in flight: its packets then have the fate that they
-have on a link that had the new value from the beginning. The control is the link without it.
+have on a link that had the new value from the beginning. The control is the link without it. That
+a session changes its links: ``test_settled_changes.py``.
 """
 
 from pathlib import Path
@@ -10,16 +11,16 @@ import numpy as np
 import pytest
 
 from pmwvc_bringup import scenarios
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams, specs
-from pmwvc_core.simulation.session import simulate_one
 
 TRACE = Path(__file__).parents[1] / "data" / "cicv5g_urban_n78.txt"
-CHANGE_S = 1.0
+CHANGE_S, PERIOD_NS = 1.0, 8_000_000
 BLANKS = {"schedule", "effects", "jitter_quantiles"}  # no change can name them
 FILES = {"trace_file", "trace_column"}  # read as the scale of the trace is
 GE, SLOTS = "ge_p=0.1 ge_r=0.3", "slot_min_s=0.002 slot_max_s=0.02"
 OUTAGES = "handover_s=1 handover_outage=1"
-FULL = "rate_limit_bps=140000"
+FULL = "rate_limit_bps=100000"
 # Parameter: new value, and what else is set.
 ROWS = {
     "delay_s": (0.03, ""),
@@ -57,7 +58,7 @@ ROWS = {
 }
 # For so long what was before is seen.
 REMEMBERED_S = {"jitter_correlation": 1.0, "queue_packets": 2.0, "queue_bytes": 2.0}
-REMEMBERED_S |= dict.fromkeys(("ge_p", "ge_r"), 1.0)
+REMEMBERED_S |= dict.fromkeys(("ge_p", "ge_r", "corrupt_correlation"), 1.0)
 IN_THE_MEAN = (
     "queue_packets",
     "queue_bytes",
@@ -66,16 +67,24 @@ IN_THE_MEAN = (
 )  # a queue keeps its phase
 
 
-def fates(name, *settings):
-    """Return outcome, cause and delay [s] of each packet of a user from the change on."""
-    texts = ["channel=plain", "operator.kind=none", *settings]
+def params(*settings):
+    """Return the link of a user with these settings."""
+    return scenarios.load("wall", settings_texts=["channel=plain", *settings]).users[0].link_up
+
+
+def fates(name, first, then):
+    """Return outcome, cause and delay [s] of each packet and copy from the change on."""
+    link, found = Link(first, seed=(3, 0, 0)), []
     lasts_s = 5.0 if name in (*REMEMBERED_S, *IN_THE_MEAN) else 3.0
-    traces = simulate_one(scenarios.load("wall", settings_texts=texts, duration_s=lasts_s))
-    found = traces.fates["user1/up"]
-    after = found.time_in_ns >= (CHANGE_S + REMEMBERED_S.get(name, 0.0)) * 1e9
-    came = found.time_due_ns > 0
-    delay_s = np.where(came, (found.time_due_ns - found.time_in_ns) * 1e-9, 0.0)
-    return np.stack([found.fate, found.cause, delay_s])[:, after]
+    for now_ns in range(0, round(lasts_s * 1e9), PERIOD_NS):
+        if now_ns == CHANGE_S * 1e9:
+            link.configure(then)
+        link.arrivals(now_ns)
+        for sent in link.send(None, now_ns):
+            delay_s = (sent.time_due_ns - now_ns) * 1e-9 if sent.time_due_ns else 0.0
+            found.append((now_ns, sent.kind, sent.cause, delay_s))
+    found = np.array(found, float).T
+    return found[1:, found[0] >= (CHANGE_S + REMEMBERED_S.get(name, 0.0)) * 1e9]
 
 
 def apart(one, other):
@@ -93,8 +102,10 @@ def means(packets):
 def test_packets_after_a_change_fare_as_on_a_link_that_began_with_it(name):
     value, others = ROWS[name]
     others = [f"link.{each}" for each in others.split()]
-    changed = fates(name, *others, f"changes={CHANGE_S} link.{name}={value}")
-    fresh, old = fates(name, *others, f"link.{name}={value}"), fates(name, *others)
+    before, after = params(*others), params(*others, f"link.{name}={value}")
+    changed, fresh, old = (
+        fates(name, *of) for of in ((before, after), (after, after), (before, before))
+    )
     if name in IN_THE_MEAN:
         changed, fresh, old = map(means, (changed, fresh, old))
         assert apart(changed, fresh) <= 0.2 * apart(changed, old)

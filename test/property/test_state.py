@@ -91,7 +91,7 @@ def scenarios(draw):
     return parse_scenario(said)
 
 
-@settings(max_examples=40)
+@settings(max_examples=24)
 @given(scenarios(), st.integers(0, 2**16), st.integers(60, 160), st.booleans())
 def test_a_session_that_goes_on_from_a_state_goes_on_bit_for_bit(drawn, seed, until, unroll):
     laws = Laws(drawn, seed, unroll=unroll)
@@ -109,7 +109,7 @@ def test_a_session_that_goes_on_from_a_state_goes_on_bit_for_bit(drawn, seed, un
         assert repr(again) == repr(end)
 
 
-@settings(max_examples=40)
+@settings(max_examples=24)
 @given(scenarios(), st.integers(0, 2**16))
 def test_whatever_a_tick_changes_is_in_what_it_returns(drawn, seed):
     laws = Laws(drawn, seed, unroll=False)

@@ -5,7 +5,8 @@
 enum { ID = 5 };
 
 double fake_position[3] = {0.01, 0.02, 0.03}, fake_velocity[3] = {0.1, 0.2, 0.4};
-double fake_force[3] = {9.0, 9.0, 9.0};
+double fake_force[3] = {9.0, 9.0, 9.0}, fake_torque[3] = {9.0, 9.0, 9.0};
+double fake_frame[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // of the handle, by rows
 double fake_force_when_enabled = -1.0;
 int fake_type = 33, fake_serial = 77, fake_reported_serial = 77, fake_busy = 0, fake_power = 1, fake_calibrated = 1;
 int fake_result = 0;         // of reads
@@ -58,8 +59,18 @@ int dhdGetPosition(double *x, double *y, double *z, char id) {
 int dhdGetLinearVelocity(double *x, double *y, double *z, char id) {
   return vector(fake_velocity, x, y, z, id);
 }
+int dhdGetOrientationFrame(double *frame, char id) {
+  for (int i = 0; i < 9; i++) frame[i] = fake_frame[i];
+  return checked(id, fake_result);
+}
+int dhdSetForceAndTorque(double x, double y, double z, double a, double b, double c, char id) {
+  fake_force[0] = x, fake_force[1] = y, fake_force[2] = z;
+  fake_torque[0] = a, fake_torque[1] = b, fake_torque[2] = c;
+  return checked(id, fake_force_result);
+}
 #ifndef LACKS
 int dhdSetForce(double x, double y, double z, char id) {
+  fake_torque[0] = fake_torque[1] = fake_torque[2] = 0;
   fake_force[0] = x, fake_force[1] = y, fake_force[2] = z;
   return checked(id, fake_force_result);
 }

@@ -12,6 +12,7 @@ enum { ID = 3, HANDLE = 9, NONE = 0xFFFFFFFF };
 
 double fake_position[3] = {10, 20, 30}, fake_velocity[3] = {100, 200, 400};  // mm, mm/s
 double fake_force[3] = {9, 9, 9};
+double fake_transform[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 10, 20, 30, 1};  // by columns
 double fake_max_force = 3.3, fake_lasting_force = 0.88;
 char fake_model[32] = "Touch", fake_serial[32] = "S-1", fake_name[32] = "";
 int fake_busy = 0, fake_code = 0, fake_calibration = 0x5000, fake_updated = 0;
@@ -54,6 +55,7 @@ void hdGetDoublev(unsigned what, double *value) {
   if (!fake_in_frame) return;
   if (what == 0x2050) memcpy(value, fake_position, sizeof fake_position);
   if (what == 0x2051) memcpy(value, fake_velocity, sizeof fake_velocity);
+  if (what == 0x2052) memcpy(value, fake_transform, sizeof fake_transform);
 }
 void hdSetDoublev(unsigned what, const double *value) {
   if (what == 0x2700 && fake_in_frame) memcpy(fake_force, value, sizeof fake_force);

@@ -41,8 +41,8 @@ class FakeLibrary:
         self.path, self.made = str(path), made
         self._library, self._device = ctypes.CDLL(str(path)), None
 
-    def vector(self, name):
-        return (ctypes.c_double * 3).in_dll(self._library, f"fake_{name}")
+    def vector(self, name, size=3):
+        return (ctypes.c_double * size).in_dll(self._library, f"fake_{name}")
 
     def number(self, name):
         return ctypes.c_double.in_dll(self._library, f"fake_{name}")

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The check of a device before a hand is on it finds each thing that is wrong, and that only."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from pmwvc_core.frame import DeviceSample
 from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_master.devices import DeviceInfo
 from pmwvc_master.devices.check import AWAY_M, FAST_M_S, SLEW_N_S, DeviceCheck
+from pmwvc_master.devices.plausible import Slope
 
 TICK_S = 0.001
 TEXTS = ("Keep the handle still", "Move the handle along")
@@ -71,13 +74,27 @@ class Desk:
         self.force = 0.0 * self.force
 
 
+class Given:
+    """A desk as a master has it, without axes and scale; what is wrong is not corrected."""
+
+    def __init__(self, desk):
+        self._desk, self._slope, self.given = desk, Slope(), SimpleNamespace(ratio=0.0)
+        self.write, self.stop, self.info = desk.write, desk.stop, desk.info
+
+    def read(self, due_ns):
+        sample = self._desk.read(due_ns)
+        if sample.fresh and (ratio := self._slope.add(due_ns, sample.x, sample.xd)):
+            self.given.ratio = ratio
+        return sample
+
+
 def pacer(desk):
     return Pacer(round(TICK_S * 1e9), clock=desk.clock, sleep=desk.sleep)
 
 
 def lines(push_n=0.0, **wrong):
     desk = Desk(**wrong)
-    return list(DeviceCheck(desk, pacer(desk), desk.ask).lines(push_n)), desk
+    return list(DeviceCheck(Given(desk), pacer(desk), desk.ask).lines(push_n)), desk
 
 
 def test_a_device_as_it_should_be_is_told_so_and_not_pushed():

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from rclpy.parameter import Parameter
+from scipy.spatial.transform import Rotation
 from support.fake_library import FakeLibrary, compiled, needs_compiler
 from support.processes import ros
 from support.vendor_setup import vendor_setup, whole
@@ -179,3 +180,34 @@ def test_limits_are_those_of_the_model_and_parameters_the_nodes():
     assert (device.info.workspace_m, device.info.dof) == (0.04, 3)
     with pytest.raises(DeviceError, match=r"model = 'omega\.9': must be delta\.3, .*YAML"):
         ForceDimensionDevice(vendor_setup("force_dimension"), ForceDimensionParams("omega.9"))
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("model", "type_", "drives"), [("sigma.7", 104, True), ("omega.7", 35, False)]
+)
+def test_with_six_axes_a_wrist_turns_the_handle_and_an_active_one_gives_its_torque(
+    fake, model, type_, drives
+):
+    """About the device's y, which is the world's x; a torque of the force at the lever."""
+    fake["type"] = type_
+    device = fake.opened(6, model=model)
+    assert device.read(0).orientation == (0.0, 0.0, 0.0, 1.0)
+    turn = Rotation.from_rotvec([0.0, 0.02, 0.0]).as_matrix().ravel().tolist()
+    fake.vector("frame", 9)[:] = turn
+    sample = device.read(1_000_000)
+    np.testing.assert_allclose(sample.x, [0.02, -0.01, 0.03, 0.05 * 0.02, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(sample.xd[3:], [0.05 * 20.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(sample.orientation[:3], [math.sin(0.01), 0.0, 0.0], atol=1e-12)
+    device.write(np.array([1.0, 0.0, 0.0, 2.0, 0.0, 0.0]))
+    assert list(fake.vector("force")) == [0.0, -1.0, 0.0]
+    np.testing.assert_allclose(fake.vector("torque"), [0.0, -0.05 * 2.0 * drives, 0.0])
+    fake.vector("frame", 9)[0] = math.nan
+    assert not device.read(2_000_000).valid
+
+
+def test_a_model_without_a_wrist_has_three_axes():
+    setup = vendor_setup("force_dimension", 6)
+    models = {"omega.3": 3, "falcon": 3, "omega.6": 6, "delta.6": 6}
+    found = {m: ForceDimensionDevice(setup, ForceDimensionParams(m)).info.dof for m in models}
+    assert found == models

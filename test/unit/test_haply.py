@@ -162,13 +162,6 @@ def test_a_button_of_the_grip_uncouples_the_hand(waiting):
         pass
 
 
-def test_stop_sends_zero_force(waiting):
-    with InverseService() as service, opened(service) as device:
-        assert exchanged(service, device, 2.0)[0]["x"] == -2.0
-        device.stop()
-        assert service.force()[1] == {"x": 0.0, "y": 0.0, "z": 0.0}
-
-
 def test_two_devices_of_one_service_have_a_master_each(waiting):
     with InverseService(ids=("049D", "04A1")) as service:
         with opened(service, device_id="049D") as one, opened(service, device_id="04A1") as two:

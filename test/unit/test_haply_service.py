@@ -3,11 +3,14 @@
 """The Haply device at an Inverse Service that goes, is another, or has other devices."""
 
 import contextlib
+import math
 import socket
 import threading
 
+import numpy as np
 import pytest
 from rclpy.parameter import Parameter
+from scipy.spatial.transform import Rotation
 from support.haply_rig import exchanged, let_wait, opened
 from support.inverse_service import InverseService
 from support.loop_rig import TICK_NS
@@ -145,3 +148,34 @@ def test_parameters_are_the_nodes_and_the_services_settings_are_told(monkeypatch
         assert '"force_gate": {"gain": 0.3}' in text and "gravity_compensation" in text
     with pytest.raises(DeviceError, match=r"must be inverse3, minverse or a YAML"):
         HaplyDevice(vendor_setup("haply"), HaplyParams(model="inverse4"))
+
+
+def grip(rotvec):
+    q = Rotation.from_rotvec(rotvec).as_quat().tolist()
+    return {"state": {"orientation": dict(zip("xyzw", q, strict=True)), "buttons": {"b": True}}}
+
+
+@pytest.mark.parametrize("version", ["3.5", "3.1"])
+def test_with_six_axes_the_grip_turns_the_handle_and_only_forces_are_sent(monkeypatch, version):
+    let_wait(monkeypatch)
+    with InverseService(version=version) as service:
+        service.grips = [grip([0.0, 0.0, 0.0])]
+        with opened(service, dof=6) as device:
+            assert device.info.dof == 6
+            service.grips = [grip([0.0, 0.0, 0.02])]
+            force, sample = exchanged(service, device, np.array([1.0, 0.0, 0.0, 0.5, 0.5, 0.5]))
+            assert force == {"x": -1.0, "y": 0.0, "z": 0.0}
+            np.testing.assert_allclose(sample.x[3:], [0.0, 0.0, 0.05 * 0.02], atol=1e-12)
+            np.testing.assert_allclose(sample.orientation[2], math.sin(0.01), atol=1e-12)
+            service.grips = []
+            assert not exchanged(service, device, np.zeros(6), tick=2)[1].valid
+
+
+def test_six_axes_without_a_grip_are_refused(monkeypatch):
+    let_wait(monkeypatch)
+    with InverseService() as service:
+        with pytest.raises(DeviceError, match="no position or turn of a grip"):
+            with opened(service, dof=6):
+                pass
+        with opened(service, dof=3) as device:
+            assert device.info.dof == 3

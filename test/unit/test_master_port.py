@@ -14,6 +14,8 @@ from support.law_rigs import Port
 from support.strategies import TICK_S
 
 from pmwvc_core.controllers.library import LIBRARY
+from pmwvc_core.law.channel.playout import waiting
+from pmwvc_core.law.port.strict_master import LIMIT_J
 from pmwvc_core.law.wave.filter_and_hold import Hold, filter_sample, filter_step, hold, load
 from pmwvc_core.made.waves import made_filter
 from pmwvc_core.params import FilterParams, MasterParams
@@ -167,3 +169,17 @@ def test_a_frame_is_divided_by_m_or_by_its_own_ticks_if_it_has_more(ticks, sent)
         s, wave = filter_sample(s, p)
         assert wave == pytest.approx((sent,), rel=1e-15)
         assert wave[0] ** 2 * max(8, ticks) <= ticks + 1e-12  # Cauchy-Schwarz
+
+
+def test_a_strict_node_with_a_deficit_lets_the_returning_wave_wait():
+    port = Port(MasterParams(impedance=25.0, rate_drop=M), channel="strict")
+    port.come(0.1 * 0.1, 0.5 * 0.1**2 * 0.1, 0.1)
+    x, withheld = 0.0, []
+    for _ in range(20):  # a force that pushes along with the motion, which no wave pays for
+        port.step(x, 0.5)
+        withheld.append(port.s.node_j < -LIMIT_J)
+        assert (port.v_m == 0.0) == withheld[-1]
+        port.applied(-2.0)
+        x += 0.5 * TICK_S
+    assert True in withheld and False in withheld
+    assert waiting(port.playout)[0] > 0.0  # and is not lost

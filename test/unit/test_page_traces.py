@@ -163,10 +163,12 @@ def test_traces_that_came_together_are_one():
 
 @given(st.lists(st.floats(allow_nan=False), min_size=1, max_size=6), st.integers(0, 2**31 * S - 1))
 def test_target_is_a_message_of_its_time_and_place(position, stamp_ns):
-    found = target_message(position, stamp_ns)
+    found = target_message(position, (0.0, 0.6, 0.0, 0.8), stamp_ns)
     stamp = found.header.stamp
     assert stamp.sec * S + stamp.nanosec == stamp_ns and found.header.frame_id == ""
-    assert [found.point.x, found.point.y, found.point.z] == [*position, 0.0, 0.0][:3]
+    at, q = found.pose.position, found.pose.orientation
+    assert [at.x, at.y, at.z] == [*position, 0.0, 0.0][:3]
+    assert [q.x, q.y, q.z, q.w] == [0.0, 0.6, 0.0, 0.8]
 
 
 class Publishing:

@@ -100,24 +100,6 @@ def test_aliasing_is_warned_of_where_hands_could_use_it():
     assert values["any_delay"] and values["loop_gain"] <= 1.0 + 1e-9
 
 
-@pytest.mark.parametrize(
-    ("setting", "words"),
-    [
-        (
-            "link.loss=0.02",
-            "Not modelled: loss of 0.02 of the packets (user1 up, user1 down, user2",
-        ),
-        ("user2.link.up.duplicate=0.1", "duplication of 0.1 of the packets (user2 up)."),
-        ("link.up.rate_limit_bps=1e6", "rate limit of 1e+06 bit/s (user1 up, user2 up)."),
-    ],
-)
-def test_effects_of_the_link_that_no_prediction_has_are_named(setting, words):
-    scenario = scenarios.load("carry_16ms", settings_texts=[setting])
-    assert words in "\n".join(lines(scenario, live=True))
-    assert len(prediction(scenario, live=True)["left_out"]) == 1
-    assert prediction(scenarios.load("carry_16ms"), live=True)["left_out"] == []
-
-
 @pytest.mark.parametrize(("mass", "stable"), [(0.0126, True), (0.0124, False)])
 def test_a_device_too_light_for_its_damping_is_not_stable(mass, stable):
     scenario = handmade.scenario(device__mass=mass, server__contact_stiffness=0.0)

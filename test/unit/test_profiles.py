@@ -25,6 +25,20 @@ def test_a_shipped_profile_has_a_source_for_every_number_and_a_possible_desk_dev
         assert known.continuous_force_n <= known.max_force_n
 
 
+@pytest.mark.parametrize(
+    ("asked", "lever_m", "limit"),
+    [(0.0, 0.05, 0.2), (0.0, 0.01, 0.08), (0.1, 0.05, 0.1), (0.3, 0.05, 0.2)],
+)
+def test_the_torque_is_never_above_the_devices_peak(asked, lever_m, limit):
+    """By default the torque of the largest force at the lever; a device without torque has it."""
+    setup = vendor_setup("force_dimension", 3)
+    safety = SafetyParams(max_force=8.0, max_torque=asked)
+    info = ForceDimensionDevice(setup, ForceDimensionParams("sigma.7")).info
+    assert limits_of(info, safety, lever_m).max_torque == pytest.approx(limit)
+    info = ForceDimensionDevice(setup, ForceDimensionParams("omega.7")).info
+    assert limits_of(info, safety, lever_m) == safety
+
+
 def test_the_models_are_the_ones_asked_for():
     assert {"inverse3", "minverse"} == set(models_of("haply"))
     assert {"omega.3", "omega.6", "delta.3", "sigma.7", "falcon"} <= set(

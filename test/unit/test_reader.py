@@ -34,7 +34,9 @@ HOUR_NS = 3_600_000_000_000
 def folder(tmp_path_factory):
     """A recording of one second."""
     place = tmp_path_factory.mktemp("session")
-    record_traces(place, handmade.session(duration_s=1.0), SCENARIO, start_ns=START_NS)
+    traces = handmade.session(duration_s=1.0)
+    traces.users[1].safety_events = 3
+    record_traces(place, traces, SCENARIO, start_ns=START_NS)
     return place
 
 
@@ -75,6 +77,7 @@ def test_a_folder_that_another_tool_recorded_is_read(folder, tmp_path):
     for name in ("users", "server", "packets", "fates"):
         assert list(unequal(getattr(ours, name), getattr(theirs, name))) == []
     assert theirs.source == "live"
+    assert [user.safety_events for user in ours.users] == [0, 3]  # interventions of the limits
 
 
 def test_a_file_without_its_end_is_read_as_far_as_it_is_whole(folder, tmp_path):
@@ -105,7 +108,7 @@ def test_a_topic_that_is_not_there_leaves_its_part_empty(folder, tmp_path, left_
 
 
 def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
-    half, before = 100, {}  # blocks, while the force rises
+    half, before, place = 100, {}, tmp_path / "b"  # blocks, while the force rises
 
     def restarted(topic, message):
         if topic == "/user1/trace" and message.seq > half:
@@ -118,14 +121,11 @@ def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
             message.epoch += 1
         return message
 
-    whole, after = (
-        read_session(folder),
-        read_session(rewritten(raw(folder), tmp_path / "b", restarted)),
-    )
+    whole, after = (read_session(p) for p in (folder, rewritten(raw(folder), place, restarted)))
     energies = (found.users[0].energy["u_m"] for found in (whole, after))
     np.testing.assert_allclose(*energies, rtol=0.0, atol=1e-15)
     again = [event for event in complete(after, None) if event["kind"] == "restart"]
-    assert [(event["who"], event["time_s"]) for event in again] == [("user1 master", 0.8)]
+    assert [(event["who"], event["time_s"]) for event in again] == [("user1 master", 0.808)]
     assert not [event for event in complete(whole, None) if event["kind"] == "restart"]
 
 

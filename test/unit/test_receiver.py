@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.packer import Packer
 
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, Receipt
+from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Receipt
 from pmwvc_core.transport.receiver import AHEAD, REMEMBERED, Receiver
 
 PERIOD_S = 0.008
@@ -114,6 +114,17 @@ def test_one_poisoned_packet_cannot_lock_the_receiver(poison, refused):
     # until one was made after the poisoned one came
     assert verdicts == [Receipt.REORDERED] * refused + [Receipt.ACCEPTED] * (38 - refused)
     assert taken(inbox) == 40.0
+
+
+def test_a_sender_that_has_left_comes_back_only_by_a_proof():
+    inbox = receiver()
+    packets = stream(20)
+    inbox.push(packets[0], 0)
+    inbox.push(dataclasses.replace(packets[10], flags=FLAG_LEAVING), 1)
+    for n, packet in enumerate([*packets[1:10], *packets[11:]]):
+        assert inbox.push(packet, 10**9 + n) is Receipt.STALE
+    assert inbox.challenges(10**9 + 30) and taken(inbox) == 11.0
+    assert inbox.push(proving(packets[12], 10**9 + 30), 10**9 + 40) is Receipt.ACCEPTED
 
 
 def test_a_challenge_is_heard_and_never_followed():

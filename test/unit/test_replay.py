@@ -9,8 +9,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, PoseStamped
 from rclpy.serialization import serialize_message
+from scipy.spatial.transform import Rotation
 from std_msgs.msg import Bool
 from support import plain as scenarios
 
@@ -21,6 +22,7 @@ from pmwvc_analysis.replay.recorded import remote_hand
 from pmwvc_analysis.replay.run import Inexact, replay
 from pmwvc_bringup.commands.compare import lead
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.params import ServerParams
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import HandTargets
 
@@ -67,11 +69,18 @@ def message(at_s, topic, kind, content):
     return RawMessage(topic, kind, at_ns, at_ns, serialize_message(content))
 
 
-def target(at_s, x, *, user="user1", frame="world"):
-    point = PointStamped()
-    point.header.frame_id = frame
-    point.point.x, point.point.y, point.point.z = x, 2.0 * x, 3.0 * x
-    return message(at_s, f"/lab/{user}/hand/target", schemas.POINT, point)
+def target(at_s, x, *, user="user1", frame="world", turn=None):
+    """A pose turned by ``turn`` [rad]; without one a point, as recordings had it."""
+    kind = schemas.POINT if turn is None else schemas.POSE
+    target = PointStamped() if turn is None else PoseStamped()
+    point = target.point if turn is None else target.pose.position
+    target.header.frame_id = frame
+    point.x, point.y, point.z = x, 2.0 * x, 3.0 * x
+    if turn is not None:
+        q = Rotation.from_rotvec(turn).as_quat().tolist()
+        for name, each in zip("xyzw", q, strict=True):
+            setattr(target.pose.orientation, name, each)
+    return message(at_s, f"/lab/{user}/hand/target", kind, target)
 
 
 def held(at_s, value):
@@ -101,6 +110,22 @@ def test_targets_are_read_as_the_master_took_them():
     assert not is_of_hand(message(0.0, "/hand/target", schemas.FLAG, Bool()))
 
 
+def test_orientations_of_targets_are_turns_since_the_identity_added_up():
+    """About one axis beyond a whole turn, then about another; let go between."""
+    turns = [[0.0, 0.0, 2.0], [0.0, 0.0, 4.0], [0.0, 0.0, 7.0]]
+    messages = [target(i * 0.1, 0.01, turn=turn) for i, turn in enumerate(turns)]
+    messages.insert(2, held(0.15, False))
+    messages.insert(3, held(0.16, True))
+    q = Rotation.from_rotvec([0.3, 0.0, 0.0]) * Rotation.from_rotvec(turns[-1])
+    messages.append(target(0.4, 0.01, turn=q.as_rotvec()))
+    found = hand_targets(messages, zero_ns=0)["user1"]
+    added = [[0, 0, 2], [0, 0, 4], [0, 0, 4], [0, 0, 7], [0.3, 0, 7]]
+    np.testing.assert_allclose(found.turn, added, atol=1e-12)
+    six = SimpleNamespace(server=ServerParams(lever_m=0.1), dof=6)
+    np.testing.assert_allclose(found.ways(six)[-1], [0.01, 0.02, 0.03, 0.03, 0.0, 0.7])
+    assert found.ways(SimpleNamespace(server=ServerParams(), dof=2)).shape == (5, 2)
+
+
 def remote_scenario():
     texts = ["user1.operator.kind=remote", "task.kind=hold"]
     return scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)
@@ -114,7 +139,7 @@ def test_targets_stay_at_their_ticks_behind_a_pause_of_the_loop():
     )
     ran_ns = 1_000_000 * np.arange(800)
     ran_ns[100:350] = -1
-    _, table = remote_hand(scenario.users[0], recorded, ran_ns, tick_s=0.001, dof=1)
+    _, table = remote_hand(scenario.users[0], recorded, ran_ns, scenario)
     made_up_for = 99
     assert list(table.ticks) == [100 + made_up_for + 50]
 

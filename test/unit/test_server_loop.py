@@ -16,7 +16,7 @@ from pmwvc_core.params.user import ServerTimes
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_CHALLENGE, FLAG_LEAVING
 from pmwvc_server.loop import ServerLoop
 
 PERIOD_S = 0.008
@@ -108,6 +108,35 @@ def test_the_next_master_of_a_user_who_has_left_is_challenged_and_joins_by_its_a
     assert rig.presence == BOTH
     assert rig.end.avatar(1)[1] == 0.0
     assert not rig.sent[1][-1].flags & FLAG_CHALLENGE
+
+
+def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
+    """A master can tell a new avatar from the old one."""
+
+    def anew(user):
+        return {packet.flags & FLAG_ANEW for packet in rig.sent[user]}
+
+    rig = Rig().step(0, 1, times=10).step(0, times=10)
+    assert rig.presence == ["COUPLED", "DAMPING"]
+    assert rig.rows[-1].u_s[1] == 0.0
+    rig.step(0, 1)  # a gap too short to be taken out
+    assert len(anew(1)) == 1
+    rig.step(0, times=130)
+    assert rig.presence == FIRST
+    rig.step(0, 1)
+    assert rig.presence == BOTH
+    assert (len(anew(1)), len(anew(0))) == (2, 1)
+
+
+def test_a_restarted_user_begins_anew_without_a_force():
+    rig = Rig(environment="wall").step(0, 1, times=10).step(0, 1, times=5, wave=0.7)
+    assert rig.end.avatar(1)[1] != 0.0
+    rig.masters[1] = Packer(77, period=PERIOD_S)
+    rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
+    assert rig.end.avatar(1)[1] != 0.0 and rig.sent[1][-1].echo_seq == 15
+    rig.step(0, times=2).step(0, 1)
+    assert rig.end.inboxes[1].epoch == 77
+    assert rig.end.avatar(1) == (0.5, 0.0)
 
 
 def test_the_target_rests_until_all_are_there():

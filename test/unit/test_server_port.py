@@ -67,6 +67,25 @@ def test_leaving_drops_the_spring_and_nothing_more(coupling, contact):
     assert server.f_s[1] == 0.0
 
 
+def test_energy_keeps_its_account_through_coming_and_going():
+    rng = np.random.default_rng(11)
+    server = make(4, contact_stiffness=3000.0, contact_damping=4.0)
+    for n in range(600):
+        if n % 7 == 0:
+            i = int(rng.integers(4))
+            before = server.stored
+            if server.present[i] and rng.random() < 0.5:
+                server.leave(i)
+            else:
+                server.join(i, float(rng.normal(0.0, 0.05)))  # anew where already present
+            assert server.stored <= before
+        server.step(rng.normal(0.0, 0.5, 4).tolist())
+        assert server.stored + server.dissipated == pytest.approx(
+            server.taken_j, abs=1e-12 * server.came_j
+        )
+    assert server.dissipated > 0.0
+
+
 def test_avatar_and_device_share_a_frame_but_for_an_offset():
     """With equal impedances at both ends the avatar goes where the waves say the device goes."""
     server = make(1, gap_m=0.005)

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.fake_library import FakeLibrary, compiled, needs_compiler
 from support.vendor_setup import whole
 
@@ -193,3 +194,28 @@ def test_a_library_that_lacks_a_call_or_is_not_there_is_named(tmp_path):
         made(library=str(path)).open()
     with pytest.raises(DeviceError, match=r"touch\.library = '': .*install the OpenHaptics SDK"):
         made().open()
+
+
+def test_with_six_axes_the_pen_turns_the_handle_and_nothing_pushes_the_turn(fake, monkeypatch):
+    """About the device's y, which is up: the world's z. It is said at the start."""
+    told, angle = [], 0.3
+    monkeypatch.setattr(TouchDevice, "_tell", lambda _, text: told.append(text))
+    device = fake.opened(6)
+    assert any("no torque: a hand gives turns, and feels none" in text for text in told)
+    assert newest(fake, device).orientation == (0.0, 0.0, 0.0, 1.0)
+    fake["stalled"], transform = 1, fake.vector("transform", 16)
+    time.sleep(0.01)
+    columns = Rotation.from_rotvec([0.0, angle, 0.0]).as_matrix().T
+    for axis, column in enumerate(columns.tolist()):
+        transform[4 * axis : 4 * axis + 3] = column
+    fake["stalled"] = 0
+    sample = newest(fake, device)
+    np.testing.assert_allclose(sample.x, [0.01, -0.03, 0.02, 0.0, 0.0, 0.05 * angle], atol=1e-12)
+    half = [0.0, 0.0, math.sin(0.5 * angle), math.cos(0.5 * angle)]
+    np.testing.assert_allclose(sample.orientation, half, atol=1e-12)
+    assert not newest(fake, device).xd[3:].any()  # it is at rest again
+    asked = np.array([1.0, 0.0, 0.0, 0.5, 0.5, 0.5])
+    pushed(device, asked, lambda: list(fake.vector("force")) == [-1.0, 0.0, 0.0])
+    transform[0] = math.nan
+    assert not newest(fake, device).valid
+    assert fake.opened(3).info.dof == 3

@@ -17,7 +17,7 @@ from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave import velocity_filter_design as design
 from pmwvc_core.wave.filter_design import sections_response
 from reproduction.appendix_d import best_alpha, printed_branches
-from reproduction.branches import branches, margins, switching_gain
+from reproduction.branches import branches, margins
 
 
 @given(alpha=st.floats(0.05, 0.949))
@@ -148,14 +148,3 @@ def test_a_complementary_pair_keeps_energy_at_every_frequency(order, cutoff_hz):
         for sos in (design.passing(params, "low"), design.passing(params, "high"))
     )
     np.testing.assert_allclose(np.abs(low) ** 2 + np.abs(high) ** 2, 1.0, atol=1e-7)
-
-
-@given(share=st.floats(0.05, 0.95), low=st.floats(0.0, 1.0))
-def test_two_frequencies_reach_the_switching_gain(share, low):
-    """All of one frequency to the environment, all of another fed back: the root of 1 + s^2."""
-    found = switching_gain(np.array([[1.0], [low]]), np.array([[0.0], [share * (1.0 - low)]]))
-    t = np.linspace(0.0, 1.0, 4001)  # energy at the second frequency
-    returned = np.sqrt(1.0 - t + t * low**2) + np.sqrt(t) * share * (1.0 - low)
-    assert found == pytest.approx(returned.max(), rel=1e-5)
-    apart = switching_gain(np.array([[1.0], [0.0]]), np.array([[0.0], [share]]))
-    assert apart == pytest.approx(math.hypot(1.0, share), rel=1e-6)

@@ -33,6 +33,7 @@ from pmwvc_core.words import count
 
 PAGE, SESSIONS, WALLS = "benchmark_results.md", "sessions.csv", "walls.csv"
 MEDIANS, LISTED = "benchmark_results.csv", "benchmark_better.csv"
+CHOSEN = "benchmark_settings.csv"
 IMAGES = "images"
 HEAD = """# Results of the benchmark
 
@@ -61,6 +62,7 @@ def write(study: Study, folder: Path, origin: str) -> None:
     (folder / PAGE).write_text(page(study, origin), "utf-8")
     (folder / MEDIANS).write_text(medians(study), "utf-8")
     (folder / LISTED).write_text(listed(study), "utf-8")
+    (folder / CHOSEN).write_text(chosen(study), "utf-8")
     (folder / SESSIONS).write_text(sessions(study), "utf-8")
     (folder / WALLS).write_text(grids(study), "utf-8")
     chart_files.write(picture(study), folder / IMAGES)
@@ -93,7 +95,7 @@ def conditions(study: Study) -> str:
 
 
 def table(study: Study) -> str:
-    """Return the tables over the held-out networks, and the settings chosen."""
+    """Return the tables over the held-out networks."""
     lines = []
     for task in study.plan.tasks:
         columns = [each for each in OF_TASK[task] if each.compared or each is RELEASED]
@@ -112,17 +114,13 @@ def table(study: Study) -> str:
             cells = _medians(study.rendered(method, walled), OF_WALLS)
             lines.append(_row([f"`{method}`", *cells]))
         lines.append("")
-    return "\n".join([*lines, "## Chosen settings", "", *_chosen(study), ""])
+    return "\n".join([*lines, f"[{CHOSEN}]({CHOSEN}) has the settings of each method.", ""])
 
 
-def _chosen(study: Study) -> list[str]:
-    """Return the settings of each method; its name stands for its controller."""
-    found, defaults = [], []
-    for name, each in study.chosen.items():
-        settings = [text for text in each if text != f"controller={name}"]
-        found += [f"- `{name}`: `{' '.join(settings)}`"] if settings else []
-        defaults += [] if settings else [f"`{name}`"]
-    return [*found, f"- defaults: {', '.join(defaults)}"] if defaults else found
+def chosen(study: Study) -> str:
+    """Return the settings of each method, as CSV."""
+    lines = [f"{name},{' '.join(settings)}" for name, settings in study.chosen.items()]
+    return "\n".join(["method,settings", *lines]) + "\n"
 
 
 def _shares(rows: Rows) -> list[str]:
@@ -136,14 +134,19 @@ def _medians(rows: Rows, columns: Sequence[Column]) -> list[str]:
 
 
 def _failures(study: Study, task: str) -> str:
-    """Return how many sessions of each method failed, by the kind of failure."""
-    found: dict[str, list[str]] = {}
+    """Return the kinds of failures, the most frequent first, with the numbers of the others."""
+    found: dict[str, dict[str, int]] = {}
     for method in study.plan.methods:
         flat = [one for row in study.of(method, task, study.held_out) for one in row]
         for kind, times in Counter(one.failure for one in flat if one.failure).most_common():
-            found.setdefault(kind, []).append(f"`{method}` {times}")
-    kinds = [f"{kind} ({', '.join(each)})" for kind, each in found.items()]
-    return f"Failures: {', '.join(kinds)}." if found else ""
+            found.setdefault(kind, {})[f"`{method}`"] = times
+    kinds = sorted(found, key=lambda kind: -sum(found[kind].values()))
+    others = [
+        f"{kind} ({', '.join(f'{name} {times}' for name, times in found[kind].items())})"
+        for kind in kinds[1:]
+    ]
+    also = f"; also {', '.join(others)}" if others else ""
+    return f"Failures: {kinds[0]}{also}." if kinds else ""
 
 
 def medians(study: Study) -> str:

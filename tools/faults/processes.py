@@ -245,6 +245,7 @@ def surroundings() -> Outcome:
 
 
 WANTED = "no step, passive, the others continue"
+WANTED_AFTER = "no step, passive, coupled and offset within the bound after 1.5 s"
 PROCESSES = (
     Fault("F01", "a user is killed during the grip", WANTED, killed_user, live=True),
     Fault(
@@ -265,20 +266,20 @@ PROCESSES = (
         Fault(
             f"F04{letter}",
             f"{node} is stopped for {length:g} s (SIGSTOP)",
-            "no step, passive, coupled and offset within the bound after 1.5 s",
+            wanted,
             partial(stopped, node, length),
             live=True,
         )
-        for letter, node, length in (
-            ("a", "user1", 0.3),
-            ("b", "server", 1.0),
-            ("c", "recorder", 1.0),
+        for letter, node, length, wanted in (
+            ("a", "user1", 0.3, WANTED_AFTER),
+            ("b", "server", 1.0, "as F04a"),
+            ("c", "recorder", 1.0, "as F04a"),
         )
     ),
     Fault(
         "F06",
         "the emulator is stopped for 0.5 s (SIGSTOP)",
-        "as F04",
+        "as F04a",
         lambda: stopped("netem", 0.5),
         live=True,
     ),

@@ -90,10 +90,10 @@ class Carried:
             found.append((spare_m, off_m, took_s, fitted_s(self.traces, i)))
         spare_m, off_m, took_s, fit_s = min(found)
         return spare_m >= 0.0, (
-            f"offset {1e3 * off_m:.1f} mm, at most {1e3 * self.offset_m(DURATION_S - 1.0):.1f} "
+            f"offset {1e3 * off_m:.1f}, at most {1e3 * self.offset_m(DURATION_S - 1.0):.1f} mm "
             f"(allowed {1e3 * (off_m + spare_m):.1f} at T = {1e3 * took_s:.0f} ms, fit "
-            f"{1e3 * fit_s:.0f} ms; {1e3 * self.bound_m():.1f} at the nominal "
-            f"{1e3 * self.nominal_s:.0f} ms)"
+            f"{1e3 * fit_s:.0f}; {1e3 * self.bound_m():.1f} at nominal "
+            f"{1e3 * self.nominal_s:.0f})"
         )
 
     def damped_s(self, after_s: float) -> tuple[float, float]:
@@ -212,7 +212,7 @@ def counted(link: str, verdict: Receipt, *settings: str) -> Outcome:
     )
     before = carries(*CALM, "link.keep_order=false", *settings)
     same = 0 <= done - seen <= under_way
-    text = f"{done} {link} by the links, {seen} counted by the receivers"
+    text = f"{done} {link}, {seen} counted"
     if under_way:
         text += f" ({under_way} in flight)"
     return joined((same, text), (before.held, before.seen))

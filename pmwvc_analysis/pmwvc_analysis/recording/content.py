@@ -16,7 +16,7 @@ import itertools
 import json
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,9 @@ from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.topics import SCENE
 from pmwvc_core.errors import RecordingError, file_errors
+from pmwvc_core.numeric import Array
 from pmwvc_core.traces import HandTargets
+from pmwvc_core.transport.orientation import IDENTITY, Orientation, unit
 from pmwvc_core.transport.packet import intact
 from pmwvc_core.words import count
 
@@ -152,29 +154,40 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
 
 def is_of_hand(message: RawMessage) -> bool:
     """Tell whether a message is on one of the topics of a hand."""
-    ends = {schemas.POINT: "/hand/target", schemas.FLAG: "/hand/held"}
-    return message.topic.endswith(ends.get(message.type_name, "\0"))
+    end = "/hand/held" if message.type_name == schemas.FLAG else "/hand/target"
+    of_hand = message.type_name in (schemas.POSE, schemas.POINT, schemas.FLAG)
+    return of_hand and message.topic.endswith(end)
 
 
 def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, HandTargets]:
     """Return the targets of every user that has any, by name."""
-    found: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
+    found: dict[str, list[tuple[float, tuple[float, ...], Orientation]]] = {}
     counts: dict[str, bool] = {}
     for message in sorted(messages, key=_arrived_ns):
         user = message.topic.strip("/").split("/")[-3]
         point: tuple[float, ...] | None = None
+        q = found[user][-1][2] if user in found else IDENTITY
         if message.type_name == schemas.FLAG:
             counts[user] = len(message.data) > 4 and bool(message.data[4])
             point = None if counts[user] else NOWHERE
         elif counts.get(user, True):
-            with contextlib.suppress(Exception):  # no point: rosbags raises many kinds
-                at = schemas.typestore().deserialize_cdr(message.data, schemas.POINT).point
+            with contextlib.suppress(Exception):  # no pose: rosbags raises many kinds
+                place = schemas.typestore().deserialize_cdr(message.data, message.type_name)
+                at = place.point if hasattr(place, "point") else place.pose.position
                 point = at.x, at.y, at.z
+                q = unit(astuple(place.pose.orientation)[:4], q) or q
         if point is not None:
-            time_s = (_arrived_ns(message) - zero_ns) * 1e-9
-            found.setdefault(user, []).append((time_s, point))
-    columns = {user: zip(*rows, strict=True) for user, rows in found.items()}
-    return {user: HandTargets(*map(np.array, each)) for user, each in columns.items()}
+            found.setdefault(user, []).append(((_arrived_ns(message) - zero_ns) * 1e-9, point, q))
+    columns = {user: map(np.array, zip(*rows, strict=True)) for user, rows in found.items()}
+    return {u: HandTargets(t, x, sum_of_turns(q)) for u, (t, x, q) in columns.items()}
+
+
+def sum_of_turns(q: Array) -> Array:
+    """Return the turns since the identity, added up, for orientations ``(row, 4)`` [rad]."""
+    from scipy.spatial.transform import Rotation  # takes long; only a hand needs it
+
+    every = Rotation.from_quat(np.vstack([IDENTITY, q]))
+    return np.cumsum((every[1:] * every[:-1].inv()).as_rotvec(), axis=0)
 
 
 def _arrived_ns(message: RawMessage) -> int:

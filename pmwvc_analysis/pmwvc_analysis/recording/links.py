@@ -54,8 +54,7 @@ def reordered(fates: FateTraces) -> Flags:
     for epoch in np.unique(fates.epoch):
         rows = np.flatnonzero((fates.epoch == epoch) & (fates.time_out_ns > 0))
         rows = rows[np.argsort(fates.time_out_ns[rows], kind="stable")]
-        newest = np.maximum.accumulate(fates.seq[rows])
-        result[rows] = fates.seq[rows] < newest
+        result[rows] = fates.seq[rows] < np.maximum.accumulate(fates.seq[rows])
     return result
 
 
@@ -96,8 +95,7 @@ def fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> di
 
 def came_out(fates: FateTraces) -> Flags:
     """Tell which packets and copies came out of a link."""
-    kinds = (FateKind.DELIVERED, FateKind.DUPLICATE)
-    return np.isin(fates.fate, kinds) & (fates.time_out_ns > 0)
+    return np.isin(fates.fate, (FateKind.DELIVERED, FateKind.DUPLICATE)) & (fates.time_out_ns > 0)
 
 
 def topic_counts(
@@ -135,8 +133,7 @@ def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:
     """
     known = _numbers(fates)
     last = dict(sorted(known))  # by sender
-    sent = _numbers(packets) - known
-    absent = sorted(seq for epoch, seq in sent if seq <= last.get(epoch, 0))
+    absent = sorted(seq for epoch, seq in _numbers(packets) - known if seq <= last.get(epoch, 0))
     unknown = int(fates.number[-1]) - len(fates.number)
     return max(len(absent) - unknown, 0), absent[0] if absent else 0
 

@@ -151,8 +151,7 @@ def _text(name: str, before: Any, value: Any) -> str:
     unit = PARAMETERS[path].spec.unit if path in PARAMETERS else "-"
     unit = f" {unit}" if unit != "-" else ""
     new, old = (f"{v:g}" if isinstance(v, float) else str(v) for v in (value, before))
-    was = f" (was {old}{unit})" if before is not None else ""
-    return f"{name} set to {new}{unit}{was}"
+    return f"{name} set to {new}{unit}" + (f" (was {old}{unit})" if before is not None else "")
 
 
 def _at_start(folder: Path, node: str) -> Iterator[tuple[str, Any]]:

@@ -47,8 +47,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
     fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
     times, server_ns, alignment = time_lines(masters, steps, steps_log_ns, packets, fates)
-    starts = [int(each.min()) for each in (*times.values(), server_ns) if len(each)]
-    zero_ns = min(starts or logs)
+    zero_ns = min([int(each.min()) for each in (*times.values(), server_ns) if len(each)] or logs)
     about: dict[str, Any] = {"zero_ns": zero_ns, "alignment": alignment}
     about["fate_zero_ns"] = links.fate_zeros(fate_messages, zero_ns)
     traces = SessionTraces(

@@ -80,7 +80,7 @@ def session_topics(
     found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, depth=1000, essential=False))
     if people:
         for user in users:
-            found.append(Topic(f"/{user}/hand/target", schemas.POINT, False, 4, False))
+            found.append(Topic(f"/{user}/hand/target", schemas.POSE, False, 4, False))
             found.append(Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, False))
         found.append(Topic("/markers", schemas.MARKERS, depth=10, essential=False))
         found.append(Topic("/diagnostics", schemas.DIAGNOSTICS, depth=10, essential=False))

@@ -140,8 +140,7 @@ class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
 
     def _finish(self) -> None:
         """Write everything that completes the MCAP file."""
-        serialized = topics.dump(self._information())
-        self.add_metadata("rosbag2", {"serialized_metadata": serialized})
+        self.add_metadata("rosbag2", {"serialized_metadata": topics.dump(self._information())})
         self._guarded(self._writer.finish)
         self._guarded(self._file.flush)
 

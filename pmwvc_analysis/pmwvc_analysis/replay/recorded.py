@@ -92,7 +92,7 @@ def prescription(
         if hands[name] == "force":
             made[name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
         elif user.operator.is_remote and not traces.simulated:
-            made[name] = remote_hand(user, traces, ran, tick_s=tick_s, dof=recorded.dof)
+            made[name] = remote_hand(user, traces, ran, recorded)
     conditions = Conditions(
         schedule=schedule, first=first, ran_ns=ran_ns, steps=steps, links=networks, hands=made
     )
@@ -165,32 +165,28 @@ def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: in
         other = "--hand operator takes the hand of the scenario"
         raise RecordingError(f"{user.name}: no force of the hand was recorded; {other}")
     at, force = tick_numbers(user.time_s, tick_s), np.nan_to_num(user.f_h)
-    every = np.arange(len(ran_ns))
-    rows = np.stack([np.interp(every, at, axis) for axis in force.T], axis=-1)
+    rows = np.stack([np.interp(np.arange(len(ran_ns)), at, axis) for axis in force.T], axis=-1)
     recorded = at < len(ran_ns)
     rows[at[recorded]] = force[recorded]
     rows = rows[_passing(ran_ns, tick_s)]
     return RecordedForce(0), recorded_params(rows, dof, repeat=False, early=True)
 
 
-def remote_hand(
-    user: User, traces: SessionTraces, ran_ns: Integers, *, tick_s: float, dof: int
-) -> Made:
+def remote_hand(user: User, traces: SessionTraces, ran_ns: Integers, recorded: Scenario) -> Made:
     """Return the remote hand with recorded targets, each at the first tick that ran after its
     arrival; RecordingError for a replay: it has none.
     """
     if not traces.live:
         why = f"a {traces.source} session holds no targets of a remote hand"
-        other = "replay the recording that it was made from"
-        raise RecordingError(f"{user.name}: {why}; {other}")
-    found = traces.targets.get(user.name)
+        raise RecordingError(f"{user.name}: {why}; replay the recording that it was made from")
+    found, tick_s, dof = traces.targets.get(user.name), recorded.tick_s, recorded.dof
     ticks, rows = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
     if found is not None:
         ran = np.flatnonzero(ran_ns >= 0)
         next_ran = np.searchsorted(ran_ns[ran], np.rint(found.time_s * 1e9))
         taken = next_ran < len(ran)
         passed = np.cumsum(_passing(ran_ns, tick_s)) - 1
-        ticks, rows = passed[ran[next_ran[taken]]], found.position[taken, :dof]
+        ticks, rows = passed[ran[next_ran[taken]]], found.ways(recorded)[taken]
     p = TableParams(remote_params(user.operator, tick_s), ticks, rows, tuple(range(dof)), True)
     return TableHand(resting_remote((0.0,) * dof), 0, 0), p
 
@@ -201,5 +197,4 @@ def _passing(ran_ns: Integers, tick_s: float) -> Flags:
     """
     ran, every = ran_ns >= 0, np.arange(len(ran_ns))
     latest = np.maximum.accumulate(np.where(ran, every, -1))
-    most = max(1, round(CATCH_UP_S / tick_s))
-    return np.asarray((latest >= 0) & (every - latest < most))
+    return np.asarray((latest >= 0) & (every - latest < max(1, round(CATCH_UP_S / tick_s))))

@@ -161,8 +161,7 @@ def _record(
         # 0 stands for never, but in virtual time also for a packet without delay at time 0
         at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
         came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
-        transport_ns = TRANSPORT_NS if traces.live else 0
-        delays = fates.time_out_ns - fates.time_in_ns + transport_ns
+        delays = fates.time_out_ns - fates.time_in_ns + (TRANSPORT_NS if traces.live else 0)
         for row, number in zip(rows.tolist(), _numbers(fates, rows).tolist(), strict=True):
             kind, cause = FateKind(fates.fate[row]), Cause(fates.cause[row])
             delay_ns, at_ns = int(delays[row]) if came_out[row] else None, None

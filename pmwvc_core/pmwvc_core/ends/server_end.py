@@ -109,8 +109,7 @@ class ServerEnd(PortEnd):
         before, self.params = self.params, params
         if params.coupling != before.coupling:
             self.faults = Faults("server.coupling", params.coupling)
-        regular = math.isclose(first_s, params.period_s)
-        self._last(params.period_s if regular else first_s)
+        self._last(params.period_s if math.isclose(first_s, params.period_s) else first_s)
 
     def _last(self, period_s: float) -> None:
         """Let the steps from here on last so long [s]."""

@@ -210,8 +210,7 @@ class DevicePlant:
         for target in self._take() if self._take else ():
             wanted = math.nan if target is None else target
             hand = remote_target(hand, vector(wanted, self._axes))
-        of_device = self.s.x, self.s.xd, acts, self._of_hand
-        self.hand, self._f_h = self._hand_force(hand, *of_device)
+        self.hand, self._f_h = self._hand_force(hand, self.s.x, self.s.xd, acts, self._of_hand)
         self.sample.f_h = value(self._f_h)
         return self.sample
 

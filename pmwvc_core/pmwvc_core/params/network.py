@@ -56,7 +56,7 @@ class LinkParams(Validated):
     duplicate_correlation: float = _correlation("the duplication")
     corrupt: float = _probability("probability that one bit of a packet is flipped")
     corrupt_correlation: float = _correlation("the corruption")
-    reorder: float = _probability("probability that it is sent at once; needs keep_order = false")
+    reorder: float = _probability("probability of a skipped delay; needs keep_order = false")
     reorder_correlation: float = _correlation("the reordering")
     rate_limit_bps: float = parameter(0.0, "0..1e12 bit/s", "rate limit (0: none)")
     rate_overhead_bytes: int = parameter(0, "0..10000 byte", "rate limit: header (UDP: 42)")
@@ -64,8 +64,8 @@ class LinkParams(Validated):
     queue_bytes: int = parameter(
         0, "0..1e9 byte", "bytes that may wait for the rate limit, headers included (0: no limit)"
     )
-    slot_min_s: float = parameter(0.0, "0..10 s", "slots: packets come out so far apart or more")
-    slot_max_s: float = parameter(0.0, "0..10 s", "slots: and at most so far (0: no slots)")
+    slot_min_s: float = parameter(0.0, "0..10 s", "slots: shortest interval of packets")
+    slot_max_s: float = parameter(0.0, "0..10 s", "slots: longest interval (0: no slots)")
     handover_s: float = parameter(0.0, "0..3600 s", "interval of satellites' hand-overs (0: none)")
     handover_step_s: float = parameter(0.0, "0..10 s", "hand-over: largest step of the delay")
     handover_outage: float = _probability("hand-over: probability of an outage")

@@ -116,7 +116,7 @@ class PositionParams(Validated):
         0.0, "0..1 J", "budgeted, integral: energy lent at the start, E0, the port's storage"
     )
     most_j: float = parameter(
-        0.05, "0..10 J", "budgeted, integral: most in the tank (0.05 J move 0.25 kg with 0.6 m/s)"
+        0.05, "0..10 J", "budgeted, integral: largest tank (0.05 J move 0.25 kg with 0.6 m/s)"
     )
 
     def conflicts(self) -> list[str]:

@@ -53,15 +53,15 @@ def matrix_conflicts(text: str, dof: int | None = None) -> list[str]:
 
 @dataclass(frozen=True)
 class DeadbandParams(Validated):
-    """Packets left out where nothing changed that could be felt (strict channel only)."""
+    """Packets left out whose change is not felt (strict channel only)."""
 
     kind: str = parameter(
         "none", ("none", "weber"),
-        "weber: none while the wave is within ratio; needs channel = strict",
+        "weber: no packet while the wave is within ratio; needs channel = strict",
     )  # fmt: skip
-    ratio: float = parameter(0.1, "> 0 and <= 1", "difference not felt, of the wave sent last")
+    ratio: float = parameter(0.1, "> 0 and <= 1", "difference not sent, of the last sent wave")
     longest_s: float = parameter(
-        0.024, "> 0 and <= 1 s", "longest time that a packet stands for, below safety.timeout_s"
+        0.024, "> 0 and <= 1 s", "longest interval of sent packets, below safety.timeout_s"
     )
 
     is_on = lacks("kind", "none")  # whether packets are left out

@@ -78,19 +78,19 @@ class ServerParams(Validated):
     decoding: str = fixed(
         "secant",
         DECODINGS,
-        "unknown, where no slope is reported: decode along one learned from forces (secant), or "
-        "with the force of the step before (late, App. C)",
+        "coupling unknown, no reported slope: decode along a slope learned from forces (secant), "
+        "or with the previous step's force (late, App. C)",
     )
     compensation: str = fixed(
         "ledger",
         COMPENSATIONS,
-        "unknown, of late decoding: App. C Eq. 15 (printed), its sign corrected and waves only "
-        "shortened (corrected), return no more than was received (ledger)",
+        "coupling unknown: App. C Eq. 15 (printed), with its sign corrected and waves only "
+        "shortened (corrected), or no more energy out than in (ledger)",
         group="pmwvc.compensations",
     )
     allowance_w: float = fixed(0.0, ">= 0 W", "ledger: largest power of an active environment")
     allowance_j: float = fixed(0.0, ">= 0 J", "ledger: largest energy of an active environment")
-    tank_cap_j: float = fixed(0.25, ">= 0 J", "ledger: most kept where none is reported")
+    tank_cap_j: float = fixed(0.25, ">= 0 J", "ledger: largest tank, no stored energy known")
     scene: str = fixed("", "-", "environment mujoco: the scene, an MJCF file")
     finger_m: float = fixed(0.01, "> 0 m", "radius of a user's finger in a scene")
     handles: str = fixed("", "-", "bodies of it that users hold, by commas, in place of fingers")
@@ -154,11 +154,11 @@ class TdpaParams(Validated):
 
     damping: float = parameter(9.0, ">= 0 N s/m", "local damping of the device's end")
     damping_max: float = parameter(
-        25.0, ">= 0 N s/m", "most at the device's end (rule: m/(10 T_c))"
+        25.0, ">= 0 N s/m", "largest at the device's end (rule: m/(10 T_c))"
     )
-    fade_s: float = parameter(0.005, ">= 0 s", "time in which it fades, not needed (0: at once)")
+    fade_s: float = parameter(0.005, ">= 0 s", "fade-out of damping (0: at once)")
     drift_share: float = parameter(
-        0.1, "0..1", "share of its lag that an avatar makes up in a step, if energy allows (0: no)"
+        0.1, "0..1", "share of an avatar's offset repaid in a step, if energy allows (0: no)"
     )
 
 

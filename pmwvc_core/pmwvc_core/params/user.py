@@ -18,7 +18,7 @@ OPERATOR_KINDS = (
 
 @dataclass(frozen=True)
 class DeviceParams(Validated):
-    """The simulated device: m x'' + b_hd x' = f_h - F_m, with what a real one adds."""
+    """The device, and its simulation: m x'' + b_hd x' = f_h - F_m."""
 
     plugin: str = fixed("simulated", "-", "device plug-in by entry-point name")
     mass: float = parameter(0.25, "> 0 kg", "apparent mass at the handle")
@@ -30,9 +30,9 @@ class DeviceParams(Validated):
         "velocity: the state's, or differences of the measured position",
     )  # fmt: skip
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
-    scale: float = fixed(1.0, "0.1..10", "motion of the avatar by the hand's, and force inversely")
+    scale: float = fixed(1.0, "0.1..10", "avatar's motion by the hand's; forces inversely")
     axes: str = fixed("", "-", "axes of a real device along x, y, z, like 'y -x z' (empty: usual)")
-    offset_x_m: float = fixed(0.0, "-1..1 m", "where the middle of a real device is")
+    offset_x_m: float = fixed(0.0, "-1..1 m", "position of the middle of a real device")
     offset_y_m: float = fixed(0.0, "-1..1 m", "likewise")
     offset_z_m: float = fixed(0.0, "-1..1 m", "likewise")
     clutch: int = fixed(0, "0..32", "button of the device that uncouples the hand (0: none)")
@@ -59,10 +59,10 @@ class SafetyParams(Validated):
     damper_velocity: float = parameter(1.0, "> 0 and <= 10 m/s", "faster: only damping")
     fault_velocity: float = parameter(1.5, "> 0 and <= 20 m/s", "faster: no force any more")
     timeout_s: float = parameter(
-        0.03, "> 0 and <= 10 s", "silence, three packets or more, after which only damping is left"
+        0.03, "> 0 and <= 10 s", "time without packets, at least three, until only damping"
     )
     release_s: float = parameter(
-        5.0, "> 0 and <= 60 s", "silence after which brake and damping end, too"
+        5.0, "> 0 and <= 60 s", "time without packets until brake and damping end"
     )
 
     def conflicts(self) -> list[str]:
@@ -143,13 +143,13 @@ class TaskParams(Validated):
     kind: str = parameter(
         "hold",
         ("free", "hold", "carry"),
-        "free: nothing; hold: grip and hold; carry: and follow the target",
+        "hold: grip and hold; carry: grip and follow the target",
     )
     grip_s: float = parameter(1.0, ">= 0 s", "time at which the hands close")
     grip_rise_s: float = parameter(1.0, "> 0 s", "duration of the closing")
     move_s: float = parameter(4.0, ">= 0 s", "time at which the target starts to move")
     distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
-    sideways_m: float = parameter(0.0, "m", "and meanwhile along the second axis (dof > 1)")
+    sideways_m: float = parameter(0.0, "m", "likewise along the second axis (dof > 1)")
     upwards_m: float = parameter(0.0, "m", "likewise along the third axis (dof > 2)")
     move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
     rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")

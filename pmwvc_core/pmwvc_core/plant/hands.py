@@ -37,8 +37,7 @@ def make_hand(params: OperatorParams, task: TaskParams, at: Place) -> Made:
     if params.is_hand:
         return task_hand(params, task, at)
     if params.is_remote:
-        inside = params.squeeze / params.remote.stiffness
-        pressed = at.along(at.side * (at.half_width_m - inside))
+        pressed = at.along(at.side * (at.half_width_m - params.squeeze / params.remote.stiffness))
         every = max(1, round(remote_hand.POINTER_S / at.tick_s))
         p, the_task = remote_hand.remote_params(params, at.tick_s), task_of(task, at.axes)
         pointer = remote_hand.PointerParams(p, the_task, at.start, pressed, every)

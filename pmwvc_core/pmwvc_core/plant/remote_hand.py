@@ -111,8 +111,7 @@ def remote_force(
     if s.grip == 0.0 and s.pull == 0.0:
         return s._replace(y=x, yd=zero(x), target=x), scaled(xd, -p.brake)
     pull = scaled(grip_force(minus(s.y, x), minus(s.yd, xd), p.grip), s.grip)
-    f_h = minus(pull, scaled(xd, (1.0 - s.grip) * p.brake))
-    return _moved_arm(s, pull, p), f_h
+    return _moved_arm(s, pull, p), minus(pull, scaled(xd, (1.0 - s.grip) * p.brake))
 
 
 def _changed_grip(s: RemoteHand, x: Vector, xd: Vector, p: RemoteParams) -> RemoteHand:

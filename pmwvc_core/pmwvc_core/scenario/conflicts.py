@@ -61,8 +61,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
     strict, zeroing = (False, False) if found else (scenario.strict, scenario.zeroing)
     known = (*SHARED, *(user.name for user in scenario.users))
     try:
-        disturbed = disturbances_of(scenario.disturbances)
-        unknown = [one for one in disturbed if one.node not in known]
+        unknown = [one for one in disturbances_of(scenario.disturbances) if one.node not in known]
         found += [f"disturbances: {one}: there is no {one.node}" for one in unknown]
     except ParameterError as error:
         found.append(str(error))

@@ -107,8 +107,7 @@ def varied(scenario: Scenario, name: str, value: object) -> Scenario:
         except ScenarioError:
             raise
         except ParameterError as error:
-            group = leaf.rpartition(".")[0]
-            raise ScenarioError(scenario.name, [f"{group}.{error}"]) from None
+            raise ScenarioError(scenario.name, [f"{leaf.rpartition('.')[0]}.{error}"]) from None
     return scenario
 
 
@@ -141,8 +140,7 @@ def read_changes(text: str) -> list[Change]:
         settings = [_SETTING.fullmatch(word) for word in words]
         if None in settings:
             raise ParameterError(f"{where}: must be {_FORM}")
-        values = {m[1]: spec_of(m[1]).converted(m[2]) for m in settings if m}
-        found.append(Change(time_s, values))
+        found.append(Change(time_s, {m[1]: spec_of(m[1]).converted(m[2]) for m in settings if m}))
     return sorted(found, key=lambda change: change.time_s)
 
 

@@ -93,7 +93,7 @@ class Scenario:
     """A complete session; ScenarioError where groups contradict one another."""
 
     name: str = parameter(NO_DEFAULT, "-", "name, also in that of the session folder", kind=str)
-    description: str = parameter("", "-", "one sentence: what happens, what one should see")
+    description: str = parameter("", "-", "one sentence: events and expected result")
     duration_s: float = parameter(NO_DEFAULT, "> 0 and <= 86400 s", "length", kind=float)
     seed: int = parameter(1, "0..2147483647", "seed of all random numbers")
     controller: str = parameter(
@@ -102,7 +102,7 @@ class Scenario:
     )  # fmt: skip
     channel: str = parameter(
         library.STRICT, library.CHANNELS,
-        "what packets carry; strict: integral and energy of the wave; plain: samples, each held "
+        "content of packets; strict: integral and energy of the wave; plain: samples, each held "
         "until the next comes (dissertation); zeroing: samples, each for one step, then zero",
     )  # fmt: skip
     disturbances: str = parameter(

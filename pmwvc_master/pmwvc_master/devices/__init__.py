@@ -52,6 +52,7 @@ class DeviceInfo:
     hand_force_known: bool = False
     axes: str = ""  # of the device along x, y, z of the world, like "y -x z"; empty: the same
     buttons: int = 0
+    max_torque: float | None = None  # [N m] peak
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,17 +110,21 @@ PLUGINS = PluginGroup(
 
 
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
-POSITIVE = ("max_force", "continuous_force", "apparent_mass", "workspace_m", "encoder_step_m")
+POSITIVE = ("max_force", "continuous_force", "max_torque", "apparent_mass", "workspace_m",
+            "encoder_step_m")  # fmt: skip
 
 
-def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
+def limits_of(info: DeviceInfo, safety: SafetyParams, lever_m: float = math.inf) -> SafetyParams:
     """Return the safety limits within what the device declares; DeviceError if that cannot be."""
     for name in POSITIVE:
         value = getattr(info, name)
         if value is not None and not 0.0 < value < math.inf:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
     peak = info.max_force or info.continuous_force or math.inf
-    return dataclasses.replace(safety, max_force=min(safety.max_force, peak))
+    most_n, torque = min(safety.max_force, peak), safety.max_torque
+    if info.max_torque is not None:
+        torque = min(torque or most_n * lever_m, info.max_torque)
+    return dataclasses.replace(safety, max_force=most_n, max_torque=torque)
 
 
 def warnings_of_device(

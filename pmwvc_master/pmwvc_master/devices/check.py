@@ -22,9 +22,9 @@ from pmwvc_core.numeric import Array, flatten
 from pmwvc_core.plugins import installed
 from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_core.runtime.process import refuse_undeclared
-from pmwvc_master.devices import PLUGINS, HapticDevice, limits_of
-from pmwvc_master.devices.mapped import make_device
-from pmwvc_master.devices.plausible import OFF, Slope
+from pmwvc_master.devices import PLUGINS, limits_of
+from pmwvc_master.devices.mapped import Mapped, make_device
+from pmwvc_master.devices.plausible import OFF
 from pmwvc_master.settings import declare_settings
 
 BEFORE_S, REST_S, MOVE_S, PUSH_S, BRIEF_S, SILENT_S = 3.0, 2.0, 5.0, 0.5, 0.15, 0.05
@@ -32,7 +32,7 @@ SLOWEST_HZ, NOISE_M = 200.0, 0.001  # of new samples, for stiff contacts; peak t
 SLEW_N_S, LARGEST_N, FAST_M_S, AWAY_M = 2.0, 1.0, 0.3, 0.03  # the last two end a push
 MOVED_M, FARTHEST_M, SHIFTED_M, PUSHED_M_S = 0.01, 0.6, 0.0005, 0.005  # by a hand; by a push
 HOW = "was it moved so? If it was, are these metres?"
-DIRECTIONS = ("+x, along which the users meet", "+y", "+z", "axis 3", "axis 4", "axis 5")
+DIRECTIONS = ("+x, along which the users meet", "+y", "+z", *(f"turns about {n}" for n in "xyz"))
 
 
 class DeviceLine(NamedTuple):
@@ -65,21 +65,22 @@ class NewSamples(NamedTuple):
 class DeviceCheck:
     """One check of an open device; ``ask`` asks a person to do something."""
 
-    def __init__(self, device: HapticDevice, pacer: Pacer, ask: Callable[[str], object]) -> None:
+    def __init__(self, device: Mapped, pacer: Pacer, ask: Callable[[str], object]) -> None:
         self._device, self._pacer, self._ask = device, pacer, ask
         self._tick_s = pacer.period_ns * 1e-9
 
     def lines(self, push_n: float = 0.0) -> Iterator[DeviceLine]:
         """Yield what is seen; the hand is pushed where a force is given."""
-        axes, motions = range(self._device.info.dof), []
+        axes = range(self._device.info.dof)
         self._ask("Keep the handle still")
         yield from at_rest(self._seen(REST_S), REST_S)
         for axis in axes:
             self._ask(f"Move the handle along {DIRECTIONS[axis]}, some centimetres, not back")
-            motions.append(self._seen(MOVE_S))
-            yield along(motions[-1], axis, MOVED_M, "motion", HOW)
-        yield slopes(motions)
-        for axis in axes if push_n else ():
+            yield along(self._seen(MOVE_S), axis, MOVED_M, "motion", HOW)
+        ratio = getattr(self._device.given, "ratio", 0.0)
+        text = f"{ratio:.3g} times the positions' slope" if ratio else "too little motion"
+        yield DeviceLine(1.0 / OFF < ratio < OFF, f"velocity: {text}")
+        for axis in axes[:3] if push_n else ():
             self._ask(f"Let the handle give way to {push_n:g} N along {DIRECTIONS[axis]}")
             gave_way = self._seen(PUSH_S, (axis, push_n, 0.0))
             yield along(gave_way, axis, SHIFTED_M, "push", "held fast, or no force?")
@@ -148,17 +149,6 @@ def along(there: NewSamples, axis: int, least_m: float, what: str, how: str) -> 
     wrong = wrong if least_m <= abs(by[main]) <= FARTHEST_M else f": {how}"
     text = f"{what} along axis {axis}: {1e3 * by[main]:+.3g} mm along axis {main}"
     return DeviceLine(not wrong, text + wrong)
-
-
-def slopes(motions: list[NewSamples]) -> DeviceLine:
-    """Return whether velocities are those of the positions."""
-    slope, ratios = Slope(), []
-    for there in motions:
-        for t, x, xd in zip(there.t.tolist(), there.x, there.xd, strict=True):
-            ratios += [each] if (each := slope.add(round(t * 1e9), x, xd)) is not None else []
-    ratio = float(np.median(ratios or [0.0]))
-    text = f"{ratio:.3g} times the positions' slope" if ratios else "too little motion"
-    return DeviceLine(1.0 / OFF < ratio < OFF, f"velocity: {text}")
 
 
 def check_device(given: Mapping[str, Any], push_n: float) -> Iterator[DeviceLine]:

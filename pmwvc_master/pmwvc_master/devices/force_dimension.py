@@ -13,9 +13,9 @@ from typing import Any
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value, flatten
-from pmwvc_core.params.fields import fixed
-from pmwvc_master.devices import DeviceSample, DeviceSetup
-from pmwvc_master.devices.vendor import VendorDevice, VendorParams, library_calls, plugged_in
+from pmwvc_core.params.fields import Validated, fixed
+from pmwvc_master.devices import DeviceSample, DeviceSetup, vendor
+from pmwvc_master.devices.vendor import Measurement, VendorDevice
 
 VENDOR, SDK = "1451", "Force Dimension SDK (3.7 or later)"
 LIBRARIES = ("libdhd.so.3", "libdhd.so")
@@ -31,12 +31,14 @@ _CALLS = {
     "dhdConfigLinearVelocity": (c_int, (c_int, c_int, c_byte)),
     "dhdGetStatus": (c_int, (POINTER(c_int), c_byte)), "dhdGetPosition": (c_int, _VECTOR),
     "dhdGetButtonMask": (c_uint, (c_byte,)),
+    "dhdGetOrientationFrame": (c_int, (POINTER(c_double), c_byte)),
+    "dhdSetForceAndTorque": (c_int, (*(c_double,) * 6, c_byte)),
     "dhdGetLinearVelocity": (c_int, _VECTOR), "dhdSetForce": (c_int, (*(c_double,) * 3, c_byte)),
 }  # fmt: skip
 
 
 @dataclass(frozen=True)
-class ForceDimensionParams(VendorParams):
+class ForceDimensionParams(Validated):
     """Parameters of the node besides those of every device."""
 
     model: str = fixed("omega.3", "-", "model whose profile applies, or a YAML file with one")
@@ -44,7 +46,7 @@ class ForceDimensionParams(VendorParams):
     library: str = fixed("", "-", "path of libdhd (empty: where the system finds it)")
 
 
-class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
+class ForceDimensionDevice(VendorDevice):
     """One device at the library."""
 
     axes, buttons = "y -x z", 32
@@ -53,18 +55,19 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
         super().__init__("force_dimension", setup, ForceDimensionParams, params)
         self._x, self._xd = [c_double() for _ in "xyz"], [c_double() for _ in "xyz"]
         self._dhd: dict[str, Any] = {}
+        self._frame, self._lever_m = (c_double * 9)(), setup.lever_m  # of the handle, by rows
         self._id, self._refused = -1, False  # of an open device; the last force
 
     @staticmethod
     def look() -> str:
         """Return what there is; DeviceError without library, device or permission."""
-        library_calls("force_dimension", "", LIBRARIES, _CALLS, SDK)
-        return f"library there; {plugged_in(VENDOR)}"
+        vendor.library_calls("force_dimension", "", LIBRARIES, _CALLS, SDK)
+        return f"library there; {vendor.plugged_in(VENDOR)}"
 
     def open(self) -> None:
         """Load the library, open the device, switch its forces on, at zero."""
-        library, serial = self._params.library, self._params.serial
-        self._dhd = library_calls("force_dimension", library, LIBRARIES, _CALLS, SDK)
+        asked = "force_dimension", self._params.library, LIBRARIES, _CALLS, SDK
+        self._dhd, serial = vendor.library_calls(*asked), self._params.serial
         self._id = self._dhd["dhdOpenSerial"](serial) if serial else self._dhd["dhdOpen"]()
         if self._id < 0:
             text = f"no {f'serial = {serial}' if serial else 'device'} can be opened"
@@ -99,17 +102,21 @@ class ForceDimensionDevice(VendorDevice[ForceDimensionParams]):
         """Return position and velocity."""
         there = self._dhd["dhdGetPosition"](*self._x, self._id)
         moves = self._dhd["dhdGetLinearVelocity"](*self._xd, self._id)
-        if known := min(there, moves) >= 0:
-            self._sense([each.value for each in self._x], [each.value for each in self._xd])
+        turns = self._dhd["dhdGetOrientationFrame"](self._frame, self._id) if self._turn else 0
+        self._sample.fresh, buttons = there != NOTHING_NEW, self._dhd["dhdGetButtonMask"](self._id)
+        if known := min(there, moves, turns) >= 0:
+            x, xd = ([each.value for each in vector] for vector in (self._x, self._xd))
+            self._sense(Measurement(due_ns, x, xd, list(self._frame), buttons))
         self._sample.valid &= known and not self._refused
-        self._sample.fresh = there != NOTHING_NEW
-        self._sample.buttons = self._dhd["dhdGetButtonMask"](self._id)
         return self._sample
 
     def write(self, f_m: Value) -> None:
         """Push the hand until the next call."""
         if self._id >= 0:
-            self._refused = self._dhd["dhdSetForce"](*-flatten(f_m), self._id) < 0
+            push = -flatten(f_m)[: self._driven]
+            push[3:] *= self._lever_m
+            name = "dhdSetForce" if self._driven == 3 else "dhdSetForceAndTorque"
+            self._refused = self._dhd[name](*push, self._id) < 0
 
     def close(self) -> None:
         """Switch the forces off and give the device back."""

@@ -27,11 +27,11 @@ from websockets.uri import parse_uri
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value, flatten
-from pmwvc_core.params.fields import fixed
+from pmwvc_core.params.fields import Validated, fixed
 from pmwvc_master.devices import STALE_NS, DeviceSample, DeviceSetup
 from pmwvc_master.devices.inverse_link import InverseLink, LinkLost
 from pmwvc_master.devices.profile import ORIGIN
-from pmwvc_master.devices.vendor import OPEN_S, VendorDevice, VendorParams
+from pmwvc_master.devices.vendor import OPEN_S, Measurement, VendorDevice
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
 NEW_IN_3_5 = {"basis", "mount", "filters"}
@@ -41,7 +41,7 @@ MOTION, START = ("position", "velocity"), "start the Haply Hub or haply-inverse-
 
 
 @dataclass(frozen=True)
-class HaplyParams(VendorParams):
+class HaplyParams(Validated):
     """Parameters of the node besides those of every device."""
 
     model: str = fixed("inverse3", "-", "model whose profile applies, or a YAML file with one")
@@ -49,7 +49,7 @@ class HaplyParams(VendorParams):
     device_id: str = fixed("", "-", "id of the device (empty: the only one)")
 
 
-class HaplyDevice(VendorDevice[HaplyParams]):
+class HaplyDevice(VendorDevice):
     """One device of the service; buttons are those of the first wireless VerseGrip."""
 
     buttons = 3
@@ -78,7 +78,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             raise DeviceError(f"{self._where}: {error}; {START}") from error
         self._accept(state, self._asked.popleft())
         if not self._sample.valid:
-            text = "sends no position, is not calibrated or has no power"
+            text = "sends no position or turn of a grip, is not calibrated, or has no power"
             raise DeviceError(f"haply device {self._id}: {text}")
 
     @staticmethod
@@ -159,8 +159,10 @@ class HaplyDevice(VendorDevice[HaplyParams]):
             found = devices_of(there := json.loads(message))[self._id]
             state, status = found["state"], found.get("status", {})
             x, xd = ([float(state[f"cursor_{n}"][axis]) for axis in "xyz"] for n in MOTION)
-            self._sense(x, xd, self._centre)
-            self._sample.buttons = buttons_of(there)
+            grip = (there.get("wireless_verse_grip") or [{}])[0].get("state", {})
+            turned = [float(grip["orientation"][n]) for n in "xyzw"] if self._turn else ()
+            buttons = sum(bool(grip.get("buttons", {}).get(n)) << k for k, n in enumerate("abc"))
+            self._sense(Measurement(measured_ns, x, xd, turned, buttons), self._centre)
             self._sample.valid &= all(status.get(n, True) for n in ("calibrated", "power_supply"))
         self._sample.fresh, self._sample.measured_ns = True, measured_ns
 
@@ -168,7 +170,7 @@ class HaplyDevice(VendorDevice[HaplyParams]):
         """Send the force on the hand at once."""
         if self._link is None or not self._form:
             return
-        vector = dict(zip("xyz", (-flatten(f_m)).tolist(), strict=True))
+        vector = dict(zip("xyz", (-flatten(f_m)).tolist(), strict=False))
         force = {"set_cursor_force": {self._form: vector}}
         message = {"inverse3": [{"device_id": self._id, "commands": force}]}
         try:
@@ -192,13 +194,6 @@ def first_of(link: InverseLink) -> bytes:
         if messages := link.take(left * 1e-9):
             return messages[0]
     raise LinkLost(f"no answer in {OPEN_S:g} s")
-
-
-def buttons_of(message: Any) -> int:
-    """Return the buttons a, b, c that are pressed, as bits; none without a grip."""
-    grips = message.get("wireless_verse_grip") or [{}]
-    pressed = grips[0].get("state", {}).get("buttons", {})
-    return sum(bool(pressed.get(name)) << bit for bit, name in enumerate("abc"))
 
 
 def devices_of(message: Any) -> dict[str, dict[str, Any]]:

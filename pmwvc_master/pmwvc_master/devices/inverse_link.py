@@ -65,11 +65,10 @@ class InverseLink:
             raise LinkLost("connection closed")
         self._protocol.receive_data(data)
         messages = []
-        frames = [each for each in self._protocol.events_received() if isinstance(each, Frame)]
         if self._protocol.handshake_exc is not None:
             raise LinkLost(f"no WebSocket: {self._protocol.handshake_exc}")
-        for event in frames:
-            if event.opcode in (Opcode.TEXT, Opcode.CONT):
+        for event in self._protocol.events_received():
+            if isinstance(event, Frame) and event.opcode in (Opcode.TEXT, Opcode.CONT):
                 self._part += event.data
                 if event.fin:
                     messages.append(self._part)

@@ -19,11 +19,11 @@ import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS, DeviceError, reason
 from pmwvc_core.numeric import Array
-from pmwvc_core.params.fields import fixed
+from pmwvc_core.params.fields import Validated, fixed
 from pmwvc_core.plugins import refused
 from pmwvc_master.devices import DeviceSetup
 from pmwvc_master.devices.profile import ORIGIN
-from pmwvc_master.devices.vendor import Measurement, ThreadedDevice, VendorParams
+from pmwvc_master.devices.vendor import Measurement, ThreadedDevice
 
 PAUSE_S = 1.0  # after an error
 
@@ -41,7 +41,7 @@ def hand_of(joints: Sequence[Any], action: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class LerobotParams(VendorParams):
+class LerobotParams(Validated):
     """Parameters of the node besides those of every device."""
 
     model: str = fixed("", "-", "YAML file with the arm's profile: its joints, what it can do")
@@ -50,7 +50,7 @@ class LerobotParams(VendorParams):
     feedback: str = fixed("torque", "-", "end of the names of a joint's feedback, in N m")
 
 
-class LerobotDevice(ThreadedDevice[LerobotParams]):
+class LerobotDevice(ThreadedDevice):
     """One arm."""
 
     def __init__(self, setup: DeviceSetup, params: LerobotParams | None = None) -> None:

@@ -41,7 +41,7 @@ class Mapped:
 
     def __init__(self, device: HapticDevice, setup: DeviceSetup) -> None:
         given, info = setup.device, device.info
-        self._device, self.info = device, replace(info, dof=setup.dof)
+        self._device, self.given, self.info = device, device, replace(info, dof=setup.dof)
         self.open, self.couple, self.close = device.open, device.couple, device.close
         self._matrix = matrix_of(info, given)[: setup.dof]
         self._of_hand = np.linalg.pinv(self._matrix).T  # f_h . dd = (that times f_h) . dx

@@ -59,7 +59,7 @@ class Plausible:
         self._device, self.info, self._tell = device, device.info, tell
         self.write, self.couple = device.write, device.couple
         self.stop, self.close = device.stop, device.close
-        self._slope, self._wrong, self._far = Slope(), False, ""
+        self._slope, self._wrong, self._far, self.ratio = Slope(), False, "", 0.0
         self._seen: deque[tuple[int, Value]] = deque(maxlen=SPAN)
         workspace_m = device.info.workspace_m
         self._most_m = FARTHEST_M if workspace_m is None else FAR * workspace_m
@@ -94,6 +94,7 @@ class Plausible:
         if sample.fresh:
             now_ns = due_ns if sample.measured_ns is None else sample.measured_ns
             ratio = self._slope.add(now_ns, sample.x, sample.xd)
+            self.ratio = self.ratio if ratio is None else ratio
             if ratio is not None and not self._wrong and not 1.0 / OFF < ratio < OFF:
                 self._wrong = True
                 text = f"velocities are {ratio:.3g} times the slope of positions: that one is used"

@@ -34,6 +34,7 @@ class Profile(Validated):
     apparent_mass_kg: float | None = fixed(None, "> 0 kg", "at the handle")
     encoder_step_m: float | None = fixed(None, "> 0 m", "resolution of positions")
     centre_m: Vector3 = ORIGIN  # of the workspace
+    turns: bool = False  # how the handle is turned is sensed
     types: Sequence[Any] = ()  # what the library or service calls the model
     joints: Sequence[Sequence[Any]] = ()  # rows of Denavit and Hartenberg
     sources: Mapping[str, str] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 """Devices and simulated hands behind ROS topics: any driver that publishes its pose and takes a
 wrench, anybody who publishes the targets of a hand.
 
-PoseStamped, PointStamped, TwistStamped and WrenchStamped (CDR) begin alike::
+PoseStamped, TwistStamped and WrenchStamped (CDR) begin alike::
 
     0  encapsulation (byte 1: 1 for little endian)    12  length of frame_id with its final 0
     4  stamp         (int32 s, uint32 ns)             16  frame_id
@@ -16,16 +16,16 @@ import struct
 import time
 from collections.abc import Sequence
 
-from geometry_msgs.msg import PointStamped, PoseStamped, TwistStamped, WrenchStamped
-from rclpy.node import Node
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from std_msgs.msg import Bool
 
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import Target
-from pmwvc_core.errors import DeviceError, ParameterError
-from pmwvc_core.numeric import Value, finite, flatten
+from pmwvc_core.errors import DeviceError
+from pmwvc_core.numeric import AXES, Value, finite, flatten
 from pmwvc_core.runtime.topics import Polled
+from pmwvc_core.transport.orientation import IDENTITY
 from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
 from pmwvc_master.devices.turn import Turn
 
@@ -36,7 +36,7 @@ _ORDER = {0: ">", 1: "<"}
 _WRENCH = struct.Struct("<4siII4x6d")  # frame_id "": its final 0, then up to a multiple of 8
 
 
-def numbers_of(message: bytes, count: int = 3) -> tuple[int, tuple[float, ...]] | None:
+def numbers_of(message: bytes, count: int) -> tuple[int, tuple[float, ...]] | None:
     """Return stamp [ns] and the first numbers of a stamped message; None if it is none."""
     if len(message) < 16 or message[1] not in _ORDER:
         return None
@@ -54,20 +54,26 @@ def wrench(force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)) ->
     return _WRENCH.pack(b"\x00\x01\x00\x00", *stamp, 1, *force, *torque)
 
 
+def along(message: bytes, dof: int, turn: Turn) -> tuple[int, tuple[float, ...]] | None:
+    """Return stamp [ns] and place of a pose along so many axes; None if it is none."""
+    pose = numbers_of(message, 7)
+    if pose is None or (dof == AXES and not turn.add(pose[1][3:])):
+        return None
+    return pose[0], (*pose[1][:3], *turn.way.tolist())[:dof]
+
+
 class HandTopics:
     """Targets from ``hand/target`` and ``hand/held``, relative to the node's.
 
     A target holds the handle; age counts from its arrival, so nobody's clock matters.
     ``held: false`` lets go at once, and targets are ignored until ``held: true``; who never
-    publishes ``held`` lets go by silence, or with a target that is not finite. ParameterError
-    where a point cannot hold that many axes.
+    publishes ``held`` lets go by silence, or with a target that is not finite. Of six axes the
+    orientation counts, too: turns since the identity, as of a driver.
     """
 
-    def __init__(self, node: Node, *, dof: int) -> None:
-        if dof > 3:
-            raise ParameterError(f"operator.kind = 'remote': dof = {dof}: a point has 3 axes")
-        self._dof = dof
-        self._targets = Polled(node, PointStamped, "hand/target", HAND_QOS, raw=True)
+    def __init__(self, setup: DeviceSetup) -> None:
+        node, self._dof, self._turn = setup.node, setup.dof, Turn(setup.lever_m, IDENTITY)
+        self._targets = Polled(node, PoseStamped, "hand/target", HAND_QOS, raw=True)
         self._held = Polled(node, Bool, "hand/held", HAND_QOS)
         self._open = True  # targets count
 
@@ -78,9 +84,8 @@ class HandTopics:
             self._open = bool(message.data)
             found += [] if self._open else [None]
         for data in self._targets:
-            point = numbers_of(data)
-            if point is not None and self._open:
-                found.append(value(point[1][: self._dof]))
+            place = along(data, self._dof, self._turn) if self._open else None
+            found += [] if place is None else [value(place[1])]
         return found
 
 
@@ -101,10 +106,8 @@ class RosTopicDevice:
         if setup.node is None:
             raise DeviceError("device.plugin = 'ros_topic': needs a ROS node (the master's)")
         self._node, self._dof = setup.node, setup.dof
-        if self._dof not in (1, 2, 3, 6):
-            raise DeviceError(
-                f"device.plugin = 'ros_topic': dof = {self._dof}: must be 1 to 3, or 6"
-            )
+        if self._dof not in (1, 2, 3, AXES):
+            raise DeviceError(f"ros_topic: dof = {self._dof}: must be 1 to 3, or 6")
         self._turn = Turn(setup.lever_m)
         self.info = DeviceInfo("ROS topic device/measured_cp", self._dof, velocity="estimated")
         self._zero = value((0.0,) * setup.dof)
@@ -127,14 +130,12 @@ class RosTopicDevice:
         sample.fresh = False
         for message in self._twist:
             if (twist := numbers_of(message, 6)) is not None:
-                along = *twist[1][:3], *(self._turn.lever_m * rate for rate in twist[1][3:])
-                if finite(velocity := value(along[: self._dof])):
+                rates = *twist[1][:3], *(self._turn.lever_m * rate for rate in twist[1][3:])
+                if finite(velocity := value(rates[: self._dof])):
                     sample.xd, self._twist_ns = velocity, due_ns
         for message in self._pose:
-            pose = numbers_of(message, 7)
-            if pose is not None and (self._dof < 6 or self._turn.add(pose[1][3:])):
-                x = (*pose[1][:3], *self._turn.way.tolist())[: self._dof]
-                self._move(value(x), pose[0], due_ns)
+            if (place := along(message, self._dof, self._turn)) is not None:
+                self._move(value(place[1]), place[0], due_ns)
         return sample
 
     def _move(self, x: Value, stamp_ns: int, now_ns: int) -> None:

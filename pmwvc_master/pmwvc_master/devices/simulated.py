@@ -37,7 +37,7 @@ class SimulatedDevice:
         self._scale = value((*(scale,) * 3, 1.0, 1.0, 1.0)[: setup.dof])
         self._sample = DeviceSample()
         if setup.node is not None and setup.operator.is_remote:
-            self._plant.listen(HandTopics(setup.node, dof=setup.dof).take)
+            self._plant.listen(HandTopics(setup).take)
         self._coupled = False
         self._f_m: Value = 0.0
         self._last_ns: int | None = None

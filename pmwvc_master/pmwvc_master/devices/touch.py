@@ -13,15 +13,15 @@ from ctypes import c_char_p, c_double, c_int, c_uint, c_ulong, c_ushort, c_void_
 from dataclasses import dataclass
 
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.params.fields import fixed
+from pmwvc_core.params.fields import Validated, fixed
 from pmwvc_master.devices import DeviceSetup, vendor
-from pmwvc_master.devices.vendor import Measurement, ThreadedDevice, VendorParams
+from pmwvc_master.devices.vendor import Measurement, ThreadedDevice
 
 VENDOR, SDK = "2988", "OpenHaptics SDK"
 LIBRARIES = ("libHD.so", "libHD.so.3.4")
 MM, NONE, PRIORITY, CONTINUE = 1e-3, 0xFFFFFFFF, 0x7FFF, 1
 BUTTONS, POSITION, VELOCITY, FORCE, FORCE_OUTPUT = 0x2000, 0x2050, 0x2051, 0x2700, 0x4000
-MODEL, SERIAL, CALIBRATION_STYLE, MAX_FORCE = 0x2501, 0x2504, 0x2555, 0x2603
+MODEL, SERIAL, CALIBRATION_STYLE, MAX_FORCE, TRANSFORM = 0x2501, 0x2504, 0x2555, 0x2603, 0x2052
 CALIBRATED, NEEDS_UPDATE = 0x5000, 0x5001
 _CALLBACK, _THREE = ctypes.CFUNCTYPE(c_uint, c_void_p), c_double * 3
 
@@ -45,7 +45,7 @@ _CALLS = {
 
 
 @dataclass(frozen=True)
-class TouchParams(VendorParams):
+class TouchParams(Validated):
     """Parameters of the node besides those of every device."""
 
     model: str = fixed("touch", "-", "model whose profile applies, or a YAML file with one")
@@ -54,7 +54,7 @@ class TouchParams(VendorParams):
     library: str = fixed("", "-", "path of libHD (empty: where the system finds it)")
 
 
-class TouchDevice(ThreadedDevice[TouchParams]):
+class TouchDevice(ThreadedDevice):
     """One device at the library."""
 
     axes, buttons = "x -z y", 2
@@ -63,6 +63,7 @@ class TouchDevice(ThreadedDevice[TouchParams]):
         super().__init__("touch", setup, TouchParams, params)
         self._hd, self._callback = {}, _CALLBACK(self._frame)  # type: ignore[var-annotated]
         self._x, self._xd, self._id, self._scheduled = _THREE(), _THREE(), NONE, 0
+        self._pen = (c_double * 16)()  # its axes, then its position, each in four numbers
 
     @staticmethod
     def look() -> str:
@@ -110,12 +111,14 @@ class TouchDevice(ThreadedDevice[TouchParams]):
         hd["hdBeginFrame"](self._id)
         hd["hdGetDoublev"](POSITION, self._x)
         hd["hdGetDoublev"](VELOCITY, self._xd)
+        hd["hdGetDoublev"](TRANSFORM, self._pen)
         hd["hdGetIntegerv"](BUTTONS, buttons := c_int())
         hd["hdSetDoublev"](FORCE, _THREE(*self._force(now_ns)))
         hd["hdEndFrame"](self._id)
         if not hd["hdGetError"]().code:
             x, xd = ([MM * each for each in vector] for vector in (self._x, self._xd))
-            self._newest = Measurement(now_ns, x, xd, buttons.value)
+            rows = [self._pen[4 * axis + row] for row in range(3) for axis in range(3)]
+            self._newest = Measurement(now_ns, x, xd, rows, buttons.value)
         return CONTINUE
 
     def close(self) -> None:

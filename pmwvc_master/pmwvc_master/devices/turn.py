@@ -6,23 +6,28 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pmwvc_core.frame import STALE_NS
 from pmwvc_core.transport.orientation import unit
 
 
 class Turn:
-    """A handle that turns: its way with a lever [m], and its orientation x y z w."""
+    """A handle that turns: way [m] and rate [m/s] with a lever, and orientation x y z w."""
 
-    def __init__(self, lever_m: float) -> None:
-        self.way, self.lever_m = np.zeros(3), lever_m
-        self.orientation: tuple[float, ...] = ()
+    def __init__(self, lever_m: float, orientation: tuple[float, ...] = ()) -> None:
+        self.way, self.rate, self.lever_m = np.zeros(3), np.zeros(3), lever_m
+        self.orientation, self._at_ns = orientation, 0
 
-    def add(self, quaternion: Sequence[float]) -> bool:
-        """Take an orientation, a unit quaternion x y z w; tell whether it was one."""
-        q, before = unit(quaternion, self.orientation), self.orientation
+    def add(self, turned: Sequence[float], at_ns: int = 0) -> bool:
+        """Take a unit quaternion x y z w, or a matrix by rows; tell whether it was one."""
+        from scipy.spatial.transform import Rotation  # takes long; only six axes need it
+
+        if len(turned) == 9:
+            turned = Rotation.from_matrix(np.reshape(turned, (3, 3))).as_quat()
+        q, before, span_ns = unit(turned, self.orientation), self.orientation, at_ns - self._at_ns
         if q and before:
-            from scipy.spatial.transform import Rotation  # takes long; only six axes need it
-
             turn = Rotation.from_quat(q) * Rotation.from_quat(before).inv()
-            self.way = self.way + self.lever_m * turn.as_rotvec()
-        self.orientation = q or before
+            by = self.lever_m * turn.as_rotvec()
+            self.way = self.way + by
+            self.rate = by * (1e9 / span_ns if 0 < span_ns <= STALE_NS else 0.0)
+        self.orientation, self._at_ns = q or before, at_ns
         return bool(q)

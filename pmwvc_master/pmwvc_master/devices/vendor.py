@@ -8,65 +8,55 @@ import math
 import os
 import socket
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from ctypes import CDLL
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS
-from pmwvc_core.numeric import Value, flatten
-from pmwvc_core.params.fields import Validated
+from pmwvc_core.numeric import AXES, Value, flatten
 from pmwvc_core.runtime.parameters import declare
 from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
 from pmwvc_master.devices.profile import ORIGIN, Vector3, models_of, profile_of
+from pmwvc_master.devices.turn import Turn
 
-AXES, OPEN_S = 3, 3.0
+OPEN_S = 3.0
 USB, NODES = Path("/sys/bus/usb/devices"), Path("/dev/bus/usb")
 
 
-@dataclass(frozen=True)
-class VendorParams(Validated):
-    """What the parameters of each have: the model of its profile."""
-
-    model: str = ""
-
-
-P = TypeVar("P", bound=VendorParams)
-
-
 class Measurement(NamedTuple):
-    """What a device measured, in its axes [m], [m/s]."""
+    """What a device measured, in its axes [m], [m/s]; how it is turned (:class:`.Turn`)."""
 
     at_ns: int
     x: Vector3
     xd: Vector3
+    turned: Sequence[float] = ()
     buttons: int = 0
 
 
-class VendorDevice(ABC, Generic[P]):
+class VendorDevice:
     """The part of a device that is alike for all; the force of its hand is not known."""
 
     axes, buttons = "x y z", 0
 
-    def __init__(self, name: str, setup: DeviceSetup, kind: type[P], params: P | None) -> None:
+    def __init__(self, name: str, setup: DeviceSetup, kind: Any, params: Any) -> None:
         """Make a device from ``params``; else those that the node was given, or the defaults."""
         node = self._node = setup.node
         self._params = p = params or (kind() if node is None else declare(node, name, kind))
         self._name, self._tick_s = name, setup.tick_s
         known = self._profile = profile_of(name, p.model)
         self._claim: socket.socket | None = None
-        known_forces = known.max_force_n, known.continuous_force_n, known.apparent_mass_kg
-        known_sizes = known.workspace_m, known.encoder_step_m
+        self._turn = Turn(setup.lever_m) if known.turns and setup.dof == AXES else None
+        zero = self._zero = np.zeros(3 if self._turn is None else AXES)
+        self._driven = 3 if known.max_torque_n_m is None else len(zero)  # axes
         self.info = DeviceInfo(
-            p.model, AXES, *known_forces, None, *known_sizes, "estimated",
-            axes=self.axes, buttons=self.buttons,
+            p.model, len(zero), known.max_force_n, known.continuous_force_n,
+            known.apparent_mass_kg, None, known.workspace_m, known.encoder_step_m, "estimated",
+            axes=self.axes, buttons=self.buttons, max_torque=known.max_torque_n_m,
         )  # fmt: skip
-        zero = self._zero = np.zeros(AXES)
         self._sample = DeviceSample(zero, zero, zero, valid=False)
 
     def _take(self, kind: Any, serial: str, asked: str = "", text: str = "") -> None:
@@ -89,6 +79,7 @@ class VendorDevice(ABC, Generic[P]):
             self._give_back()
             why = "another master has it (their forces would add); name another one"
             raise DeviceError(f"{self._name}: device {serial}: {why}") from None
+        text += "; no torque: a hand gives turns, and feels none" * (self._driven < self.info.dof)
         self._tell(f"{text}; profile: {'; '.join(self._profile.lines())}")
 
     def _give_back(self) -> None:
@@ -101,15 +92,20 @@ class VendorDevice(ABC, Generic[P]):
         if self._node is not None:
             self._node.get_logger().info(f"{self.info.model}: {text}")
 
-    def _sense(self, x: Vector3, xd: Vector3, centre_m: Vector3 = ORIGIN) -> None:
+    def _sense(self, new: Measurement, centre_m: Vector3 = ORIGIN) -> None:
         """Take a motion over; it is invalid where it is none of finite numbers."""
-        self._sample.valid = all(map(math.isfinite, (*x, *xd)))
-        if self._sample.valid:
-            self._sample.x, self._sample.xd = np.subtract(x, centre_m), np.array(xd)
+        turn, sample, numbers = self._turn, self._sample, (*new.x, *new.xd, *new.turned)
+        sample.valid, sample.buttons = all(map(math.isfinite, numbers)), new.buttons
+        sample.valid = sample.valid and (turn is None or turn.add(new.turned, new.at_ns))
+        if sample.valid:
+            sample.x, sample.xd = np.subtract(new.x, centre_m), np.array(new.xd)
+        if sample.valid and turn is not None:
+            sample.x, sample.xd = np.append(sample.x, turn.way), np.append(sample.xd, turn.rate)
+            sample.orientation = turn.orientation
 
-    @abstractmethod
     def write(self, f_m: Value) -> None:
         """Push the hand with ``-f_m`` until the next call."""
+        raise NotImplementedError
 
     def couple(self) -> None:
         """Do nothing: a person needs no start."""
@@ -119,7 +115,7 @@ class VendorDevice(ABC, Generic[P]):
         self.write(self._zero)
 
 
-class ThreadedDevice(VendorDevice[P]):
+class ThreadedDevice(VendorDevice):
     """A device that a thread serves; measurement and force are each replaced as a whole."""
 
     _newest: Measurement | None = None
@@ -143,15 +139,15 @@ class ThreadedDevice(VendorDevice[P]):
         sample, newest = self._sample, self._newest
         sample.fresh = newest is not None and newest.at_ns != sample.measured_ns
         if newest is not None and sample.fresh:
-            self._sense(newest.x, newest.xd, self._profile.centre_m)
-            sample.measured_ns, sample.buttons = newest.at_ns, newest.buttons
+            self._sense(newest, self._profile.centre_m)
+            sample.measured_ns = newest.at_ns
         elif sample.measured_ns is not None:
             sample.valid &= due_ns - sample.measured_ns <= STALE_NS
         return sample
 
     def write(self, f_m: Value) -> None:
         """Push the hand from the thread's next turn on, until the next call here."""
-        self._asked = time.monotonic_ns(), (-flatten(f_m)).tolist()
+        self._asked = time.monotonic_ns(), (-flatten(f_m)[:3]).tolist()
 
 
 def library_calls(

@@ -133,8 +133,7 @@ class Tape:
     def judged(self, scenario: Scenario, start_s: float) -> SessionTraces:
         """Return what is kept of the time from ``start_s`` on, also of the links."""
         users = [traces for user in self.users.values() for traces in user.judged(start_s)]
-        server = next(iter(self.server.judged(start_s)), None)
-        found = self._session(users, server)
+        found = self._session(users, next(iter(self.server.judged(start_s)), None))
         for link, rows in enumerate(self.packets):
             came = rows[np.isfinite(rows[:, 2]) & (rows[:, 1] > start_s)]
             user, count, none = scenario.users[link // 2], len(came), np.zeros((len(came), 1))

@@ -147,8 +147,7 @@ def _judged(
 def _waits(user: FeedUser) -> str:
     if user.state is None:
         return "sends nothing any more" if user.gone else "has sent nothing yet"
-    why = f" ({user.reason})" if user.reason else ""
-    return f"is {SafetyState(user.state).name.lower()}{why}"
+    return f"is {SafetyState(user.state).name.lower()}" + (f" ({user.reason})" * bool(user.reason))
 
 
 def _active(feed: Feed, exact: Collection[str]) -> list[str]:

@@ -36,7 +36,7 @@ class LiveSession(Session):
         self._show(scenario, exact, scene_of(node, f"{graph.server}/scene"))
         self._inlets = Inlets(node, graph, TraceReader(self._feed.tape, dof=scenario.dof))
         self._hands = {
-            user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")
+            user.name: PublishedHand(node, f"{graph.prefix}/{user.name}", scenario.server.lever_m)
             for user in scenario.users
             if user.operator.is_remote
         }

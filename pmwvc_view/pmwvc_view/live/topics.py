@@ -15,7 +15,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Point, PointStamped
+from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
@@ -30,6 +30,7 @@ from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import LATCHED_QOS, Polled
 from pmwvc_core.traces import ServerTraces, UserTraces
+from pmwvc_core.transport.orientation import IDENTITY, carried
 from pmwvc_msgs.msg import MasterTrace, PacketFate, Reception, ServerTrace
 from pmwvc_view.description import moving
 from pmwvc_view.feed.feed import Feed
@@ -191,19 +192,21 @@ HELD_QOS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
 HELD_S = 0.13  # between two repetitions of what holds
 
 
-def target_message(position: Sequence[float], stamp_ns: int) -> PointStamped:
-    """Return a target [m] as a message; axes that there are not are zero."""
-    message = PointStamped()
+def target_message(position: Sequence[float], q: Sequence[float], stamp_ns: int) -> PoseStamped:
+    """Return a target [m], x y z w, as a message; axes that there are not are zero."""
+    message = PoseStamped()
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, NS)
-    message.point = Point(**dict(zip("xyz", map(float, position), strict=False)))
+    message.pose.position = Point(**dict(zip("xyz", map(float, position), strict=False)))
+    message.pose.orientation = Quaternion(**dict(zip("xyzw", q, strict=True)))
     return message
 
 
 class PublishedHand:
-    """The hand of one user, below the namespace ``topics``."""
+    """The hand of one user, below the namespace ``topics``; it turns from the identity on."""
 
-    def __init__(self, node: Node, topics: str) -> None:
-        self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)
+    def __init__(self, node: Node, topics: str, lever_m: float) -> None:
+        self._lever_m, self._way, self._q = lever_m, np.zeros(3), tuple(IDENTITY)
+        self._targets = node.create_publisher(PoseStamped, f"{topics}/hand/target", TARGET_QOS)
         self._flags = node.create_publisher(Bool, f"{topics}/hand/held", HELD_QOS)
         self._closed, self._flagged_s = False, -math.inf
 
@@ -218,4 +221,7 @@ class PublishedHand:
         if not closed or now_s - self._flagged_s > HELD_S:  # one started meanwhile missed it
             self._flagged_s = now_s
             self._flags.publish(Bool(data=True))
-        self._targets.publish(target_message(position, time.time_ns()))
+        if len(way := np.array(position[3:])):
+            self._q = carried(self._q, ((way - self._way) / self._lever_m).tolist())
+            self._way = way
+        self._targets.publish(target_message(position, self._q, time.time_ns()))

@@ -56,10 +56,8 @@ class PageServer:
     @property
     def address(self) -> str:
         """Address of the page, with its token."""
-        anywhere = self._host in ("0.0.0.0", "::")
-        host = socket.gethostname() if anywhere else self._host
-        name = f"[{host}]" if ":" in host else host
-        return f"http://{name}:{self.port}/?token={self._token}"
+        host = socket.gethostname() if self._host in ("0.0.0.0", "::") else self._host
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/?token={self._token}"
 
     @property
     def pages(self) -> int:
