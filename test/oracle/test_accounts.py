@@ -9,10 +9,13 @@ signal or an account that is wrong leaves energy unexplained.
 import numpy as np
 import pytest
 from support import plain as files
+from support.simulated import simulated
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_bringup import scenarios
 from pmwvc_core.controllers.library import LIBRARY
+from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
 
 BLACK_BOX = ("server.coupling=unknown", "server.contact=bilateral")
@@ -98,3 +101,22 @@ def test_a_block_that_accounts_for_too_little_heat_shows(monkeypatch):
 
     monkeypatch.setattr(blocks, "device_account", colder)
     assert unexplained(traces, scenario) > 1e-6
+
+
+DAMPER = 10.0
+SEEN = [name for name, each in COUPLINGS.library.items() if not each.black_box]
+DAMPERS = (
+    *("server.contact=bilateral", "server.contact_stiffness=0", "task.grip_s=0.2"),
+    f"server.contact_damping={DAMPER}",
+)
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_the_heat_of_a_step_is_that_of_the_dampers(name):
+    texts = [*DAMPERS, f"server.coupling={name}"]
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=1.5)
+    server = simulated(scenario).server
+    heat = sum((force[:, 0] ** 2 for force in server.f_s), 0.0) * server.period_s / DAMPER
+    found = np.diff(server.dissipated, prepend=0.0)
+    np.testing.assert_allclose(found, heat, rtol=1e-9, atol=1e-15 * (1.0 + heat.sum()))
+    assert heat.sum() > 1e-6

@@ -100,7 +100,7 @@ def scenarios(draw):
     return linear_loops.scenario(**values, **{f"master__{n}": v for n, v in around.items()})
 
 
-@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(scenario=scenarios())
 def test_model_and_simulator_agree_on_random_rates_and_delays(unbound, scenario):
     assert compare(scenario, model=build(scenario), before=settled(scenario)) < 1e-9

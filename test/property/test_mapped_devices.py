@@ -212,8 +212,6 @@ def test_a_device_that_is_away_and_a_number_that_is_none_leave_no_step_behind():
     ("device", "text"),
     [
         ({"axes": "x x z"}, r"axes = 'x x z': must be x, y and z once each, like 'y -x z'"),
-        ({"axes": "xyz"}, r"axes = 'xyz': must be"),
-        ({"axes": "x y z w"}, r"axes = 'x y z w': must be"),
         ({"axes": "--x"}, r"axes = '--x': must be"),
         ({"offset_y_m": 50.0}, r"offset_y_m = 50\.0: must be -1\.\.1 m"),
         ({"scale": 0.0}, r"scale = 0\.0: must be 0\.1\.\.10"),

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A playout that passes surplus on gives out and passes no more than arrived, at any instant."""
+"""A playout that passes surplus on gives out and passes no more than arrived, at any instant; and
+in a wave that varies slowly no gap of any length is a blow: not in it, at its end, or while what
+was lost is made up.
+"""
 
 import numpy as np
 import pytest
@@ -9,6 +12,7 @@ from hypothesis import strategies as st
 from support.receiving import Playing
 
 from pmwvc_core.law.channel import playout as law
+from pmwvc_core.law.channel.constants import TANK_J
 from pmwvc_core.law.channel.playout import FEW, MOST_J
 from pmwvc_core.numeric import squared
 
@@ -141,3 +145,41 @@ def test_a_slip_is_made_up_as_fast_as_what_was_paid_for_it_beyond_the_present_wa
         assert after_an_outage(600, price * SLIP).undelivered < FEW
     rest = after_an_outage(2500, 0.8 * WAVE * SLIP)  # ten seconds later
     assert rest.undelivered > 0.1 * SLIP and rest.free_j < 1e-3
+
+
+TICK_S, TICKS, WAVE = 0.001, 8, 0.23  # 1.6 N at b = 25 N s/m
+PACKET_S = TICKS * TICK_S
+FELT = 0.25 * WAVE  # the change within a tick
+
+
+def largest_change(seed, store_j, frames=400):
+    """Return the largest change of the wave within a tick, with gaps of up to 16 packets."""
+    lends = {"store_j": store_j, "keep_j": TANK_J - store_j}
+    playout, waves = Playing(steps=TICKS, most_repaid=0.5, **lends), []
+    rng = np.random.default_rng(seed)
+    lost, waited, integral, paid_j = 0, 0, 0.0, 0.0
+    for frame in range(frames):
+        wave = WAVE * (1.0 + 0.3 * np.sin(np.pi * frame * PACKET_S))
+        integral, paid_j = integral + wave * PACKET_S, paid_j + 0.5 * wave**2 * PACKET_S
+        waited += 1
+        if lost == 0 and frame > 30 and rng.random() < 0.06:
+            lost = int(rng.integers(1, 17))
+        if lost:
+            lost -= 1
+        else:
+            playout.add(integral, paid_j, waited * PACKET_S)
+            waited, integral, paid_j = 0, 0.0, 0.0
+        waves += [playout.step(TICK_S) for _ in range(TICKS)]
+        assert playout.given_j <= playout.received_j + store_j + 1e-12
+    return float(np.abs(np.diff(waves[30 * TICKS :])).max())
+
+
+@given(seed=st.integers(0, 2**32 - 1), store_j=st.sampled_from([TANK_J, 0.01]))
+@settings(max_examples=40, deadline=None)
+def test_no_gap_is_felt_as_a_blow(seed, store_j):
+    assert largest_change(seed, store_j) < FELT
+
+
+def test_with_nothing_to_lend_a_gap_is_a_blow():
+    """The control."""
+    assert all(largest_change(seed, 0.0) > FELT for seed in range(5))

@@ -2,20 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything recorded comes back equal, and a replay is its recording to the last bit: over links
 that corrupt, lose, repeat and reorder, with loops that wake late and rates that change in flight.
-The recordings are those of live loops, in virtual time.
+The recordings are those of live loops, in virtual time. What one lacks makes no verdict: no hole
+makes a port or a component active.
 """
 
 import numpy as np
 import pytest
-from hypothesis import Phase, assume, given, settings
+from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 from support import plain as files
-from support.rewriting import unequal
+from support.rewriting import raw, rewritten, unequal
 
+from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.parameter_events import taken_over
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.replay.run import exact, limits, replay
+from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_bringup import scenarios
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.frame import LIVE
 from pmwvc_core.scenario.names import read_changes
@@ -173,3 +177,48 @@ def test_a_recorded_force_stays_at_its_ticks_behind_a_long_pause():
     assert first["first_signals"]
     before, after = traces.users[1], found.replayed.users[1]
     assert np.array_equal(before.f_h[: len(after.f_h)], after.f_h)
+
+
+HOLED_S = 2.4
+KINDS = {
+    "plain": ("channel=plain",),
+    "strict, loss": ("link.loss=0.05", "link.jitter_s=0.004"),
+    "tdpa": ("controller=tdpa",),
+}
+TRACES = ("/user1/trace", "/user2/trace", "/server/trace")
+
+
+@pytest.fixture(scope="module", params=KINDS.values(), ids=KINDS)
+def on_disk(request, tmp_path_factory):
+    """Return scenario, messages, and what the whole recording shows."""
+    scenario = scenarios.load("carry_16ms", settings_texts=request.param, duration_s=HOLED_S)
+    place = tmp_path_factory.mktemp("whole")
+    record_traces(place, simulate_one(scenario), scenario)
+    return scenario, raw(place), active(place, scenario)
+
+
+def active(place, scenario):
+    """Return the ports and components that gave energy out, with how much [J]."""
+    traces = read_session(place)
+    found = passivity(traces, scenario, budget(traces, scenario)).findings
+    return {(each.owner, each.part): each.given_j for each in found if each.passive is False}
+
+
+interval = st.tuples(st.floats(0.0, HOLED_S), st.floats(0.0, HOLED_S)).map(sorted)
+
+
+@settings(max_examples=3)
+@example([("/user1/trace", [1.0, 2.0])])
+@given(st.lists(st.tuples(st.sampled_from(TRACES), interval), min_size=1, max_size=4))
+def test_a_hole_makes_nothing_active(on_disk, tmp_path_factory, lacking):
+    scenario, messages, seen = on_disk
+    first_ns = min(message.log_ns for message in messages)
+
+    def kept(message):
+        at_s = (message.log_ns - first_ns) * 1e-9
+        return not any(t == message.topic and a <= at_s < b for t, (a, b) in lacking)
+
+    place = rewritten([*filter(kept, messages)], tmp_path_factory.mktemp("holed"))
+    for owner_part, given_j in active(place, scenario).items():
+        assert owner_part in seen, (owner_part, given_j)
+        assert given_j <= seen[owner_part] + 1e-9  # no more than was seen of it
