@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes unlike the shipped ones, with two users over a network that loses packets and is late."""
+
+import numpy as np
+import pytest
+from support.simulated import least_j
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.simulation.session import simulate_one
+
+SCENARIO = """
+name: foreign
+controller: pmwvc
+users: 2
+dof: {dof}
+duration_s: 3.0
+server: {{coupling: unknown, environment: mujoco, scene: "my scene.xml", store_j: 0.0}}
+master: {{store_j: 0.0}}
+task: {{kind: carry, distance_m: 0.03, upwards_m: 0.02, rest_s: 0.5}}
+operator: {{stiffness: 120.0, damping: 15.0, squeeze: 2.0}}
+link: {{delay_s: 0.012, jitter: uniform, jitter_s: 0.012, loss: 0.1}}
+"""
+ROD = 'type="capsule" fromto="0 0 0 0 0.06 0" size="0.008" mass="0.05"'
+CART = "a ball on a cart on a spring, long implicit steps, a geom that touches nothing"
+SCENES = {
+    "a chain of hinges, gravity sideways, short implicit steps": f"""<mujoco>
+<option timestep="0.0005" integrator="implicitfast" gravity="0 9.81 0"/><worldbody>
+<body name="link one"><joint axis="0 0 1" damping="0.01"/><geom {ROD}/>
+<body name="link two" pos="0 0.06 0"><joint axis="1 0 0" range="-60 60"/><geom {ROD}/></body>
+</body></worldbody></mujoco>""",
+    CART: """<mujoco>
+<option timestep="0.005" integrator="implicit"/><worldbody><body name="cart">
+<joint type="slide" axis="1 0 0" stiffness="20" damping="1"/>
+<geom type="box" size="0.03 0.03 0.01" mass="0.2"/><body pos="0 0 0.012"><joint type="ball"/>
+<geom size="0.01" mass="0.02" contype="0" conaffinity="0"/></body></body></worldbody></mujoco>""",
+    "two bodies on a tendon, two welded, a keyframe and a motor": """<mujoco><worldbody>
+<geom type="plane" size="1 1 .1" pos="0 0 -0.021"/>
+<body name="left"><freejoint/><geom size="0.02" mass="0.1" condim="6"/><site name="a"/></body>
+<body pos="0.08 0 0"><freejoint/><geom size="0.02" mass="0.1"/><site name="b"/></body>
+<body name="c" pos="0 0.1 0"><joint name="c" type="slide"/><geom size="0.01" mass="0.1"/></body>
+<body name="d" pos="0 0.15 0"><joint type="slide"/><geom size="0.01" mass="0.1"/></body>
+</worldbody><tendon><spatial stiffness="50" damping="1"><site site="a"/><site site="b"/></spatial>
+</tendon><equality><weld body1="c" body2="d"/></equality><actuator><motor joint="c"/></actuator>
+<keyframe><key ctrl="1"/></keyframe></mujoco>""",
+    "bodies without names, Runge-Kutta, pyramids": """<mujoco>
+<option integrator="RK4" cone="pyramidal" impratio="5"/><worldbody>
+<geom type="box" size=".3 .3 .01" pos="0 0 -0.036"/>
+<body><freejoint/><geom type="ellipsoid" size="0.03 0.02 0.025" mass="0.15"/></body>
+<body pos="0.09 0 0"><freejoint/><geom type="box" size="0.02 0.02 0.02" mass="0.1"/></body>
+</worldbody></mujoco>""",
+}
+
+
+def foreign(folder, text, dof, *settings):
+    """Return a scenario around a scene."""
+    (folder / "my scene.xml").write_text(text, "utf-8")
+    file = folder / "foreign.yaml"
+    file.write_text(SCENARIO.format(dof=dof), "utf-8")
+    return load(str(file), settings_texts=settings)
+
+
+def server_least_j(server):
+    """Return the least that all ports of the server have got more than they gave [J]."""
+    power = np.sum(np.square(server.u_s) - np.square(server.v_s), axis=(0, 2))
+    return np.cumsum(0.5 * server.period_s * power).min()
+
+
+@pytest.mark.parametrize(("name", "dof"), [*zip(SCENES, (3, 6, 3, 6), strict=True)])
+def test_no_channel_gives_out_more_than_it_got_and_a_session_repeats_to_the_bit(
+    tmp_path, name, dof
+):
+    scenario = foreign(tmp_path, SCENES[name], dof)
+    traces, again = (simulate_one(scenario) for _ in range(2))
+    for energy in user_energies(traces, scenario):
+        assert energy.parts["up"].declared_j == 0.0 and least_j(energy) >= -1e-12
+    assert server_least_j(traces.server) >= -1e-12
+    assert not traces.server.contained.any()
+    assert max(np.abs(np.concatenate(traces.server.f_s)).max(axis=0)) > 0.1
+    for body, poses in traces.server.poses.items():
+        np.testing.assert_array_equal(poses, again.server.poses[body])
+    for one, other in zip(traces.users, again.users, strict=True):
+        np.testing.assert_array_equal(one.f_applied, other.f_applied)
+
+
+def test_without_the_ledger_a_spring_under_tension_gives_out_what_it_holds(tmp_path):
+    """The control."""
+    taut = SCENES[CART].replace('damping="1"', 'springref="0.1"')
+    for compensation, kept in (("none", False), ("ledger", True)):
+        scenario = foreign(tmp_path, taut, 3, f"server.compensation={compensation}")
+        assert (server_least_j(simulate_one(scenario).server) >= -1e-12) == kept
