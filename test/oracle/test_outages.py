@@ -236,7 +236,7 @@ def test_the_lag_is_back_ten_seconds_after_a_disturbance(name):
 
 def test_where_neither_direction_nor_hand_pays_a_distance_stays(monkeypatch):
     """The control, which runs the laws as written: not as long. Nor does E0 pay."""
-    none = {name: lambda s, h, wanted, p: (s, 0.0) for name in SPARED}
+    none = {name: lambda s, h, wanted, beyond_j, p: (s, 0.0) for name in SPARED}
     as_written(monkeypatch, port__strict_master__ASKED=0.0, **none)
     unlent = "master.store_j=0", "server.store_j=0"
     assert left("losses in bursts", *unlent, after_s=3.0)[1] > 5e-4
