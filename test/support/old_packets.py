@@ -171,6 +171,8 @@ class World:
                 self.in_order &= true > self.newest
                 self.newest = true
             if taken.fresh or not self.there:
+                # what was guessed of one who was gone is not made good: it joins where it is now
+                self.out += min(self.end.waiting, 0.0)
                 self.end.anew()
             self.there = not taken.leaves
 

@@ -49,15 +49,15 @@ class Peers:
 
     def look(self) -> tuple[list[str], dict[str, object]]:
         """Return what is wrong, one clause each, and values for people by name."""
-        wrong: list[str] = []
-        values: dict[str, object] = {}
+        wrong, values = list[str](), dict[str, object]()
         for topic, inbox in self._inboxes.items():
             names = sorted(self._publishers(topic))
             others = [f"{epoch:016x} ({n} packets)" for epoch, n in inbox.strangers.items()]
             values[f"{topic}: publishers"] = ", ".join(names) or "none"
             values[f"{topic}: sender followed"] = f"{inbox.epoch:016x}" if inbox.epoch else "none"
             values[f"{topic}: other senders"] = ", ".join(others) or "none"
-            wrong += _several(topic, names) or self._of_packets(topic, names, inbox)
+            told = self._of_packets(topic, names, inbox)
+            wrong += _several(topic, names) or told
         for topic in self._own:
             wrong += _several(topic, sorted(self._publishers(topic)))
         return wrong, values
