@@ -172,7 +172,7 @@ class World:
                 self.newest = true
             if taken.fresh or not self.there:
                 # what was guessed of one who was gone is not made good: it joins where it is now
-                self.out += min(self.end.waiting, 0.0)
+                self.out += min(self.end.waiting, 0.0) if self.end.p.plays_on else 0.0
                 self.end.anew()
             self.there = not taken.leaves
 
