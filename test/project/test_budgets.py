@@ -50,7 +50,7 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(985, 900, inside("pmwvc_core", "scenes")),
+    "scenes": Room(984, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_292, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_925,

@@ -117,8 +117,8 @@ class Box:
     @property
     def poses(self) -> dict[str, list[float]]:
         """Where box and pads are, ``x y z`` [m] and quaternion ``w x y z``, by name."""
-        turned = Rotation.from_matrix(self._poses.turned).as_quat(True, scalar_first=True)
-        rows = np.hstack([self._poses.at, turned]).tolist()
+        turned = Rotation.from_matrix(self._poses.turned).as_quat(True)  # w last
+        rows = np.hstack([self._poses.at, np.roll(turned, 1, axis=1)]).tolist()
         return dict(zip(self._names, rows, strict=True))
 
     @property

@@ -21,7 +21,6 @@ passes through it until it is outside. Equations: docs/theory.md 5.16.
 """
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -38,7 +37,6 @@ SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
 LARGEST_M_S = 1e3  # faster is no motion
 MOST_CONTACTS = 16  # shown in a step
-_rotation = partial(Rotation.from_quat, scalar_first=True)  # as MuJoCo has quaternions
 
 
 class MujocoScene:
@@ -66,7 +64,7 @@ class MujocoScene:
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
-        self._turned = _rotation(self.data.xquat[self._shown])
+        self._turned = Rotation.from_quat(np.roll(self.data.xquat[self._shown], -1))
         self._good = self._state()
         self.poses, self.contacts = self._poses(), self._contacts()  # others read these
 
@@ -106,7 +104,7 @@ class MujocoScene:
             self.data.qpos[held.qpos] = held.home + position[:3]
             if self._dof == AXES:
                 turned = Rotation.from_rotvec(position[3:] / self._lever_m)
-                self.data.qpos[held.ball] = turned.as_quat(scalar_first=True)
+                self.data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
         self.data.qvel[held.dofs] = 0.0
         self._there[user], self._inside[user] = True, True
 
@@ -170,15 +168,16 @@ class MujocoScene:
         data = self.data
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
         if self._dof == AXES:
-            turned = Rotation.from_rotvec(dt * v[3:]) * _rotation(before[held.ball])
-            data.qpos[held.ball] = turned.as_quat(scalar_first=True)
+            was = Rotation.from_quat(np.roll(before[held.ball], -1))  # w is first, in MuJoCo
+            turned = Rotation.from_rotvec(dt * v[3:]) * was
+            data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
         data.qvel[held.dofs] = v @ self._axes(held)
 
     def _show(self, dt: float) -> None:
         """Note where the first body that moves is, and how it turned."""
         way = self.data.xipos[self._shown] - self._origin - self.position[:3]
         if self._dof == AXES:
-            turned = _rotation(self.data.xquat[self._shown])
+            turned = Rotation.from_quat(np.roll(self.data.xquat[self._shown], -1))
             way = np.append(way, self._lever_m * (turned * self._turned.inv()).as_rotvec())
             self._turned = turned
         self.position, self.velocity = self.position + way, way / dt
