@@ -28,8 +28,13 @@ def test_the_way_is_the_sum_of_the_turns_whatever_the_sign_of_a_quaternion(seed,
         np.testing.assert_allclose(turn.way, way, atol=1e-9)
 
 
-@pytest.mark.parametrize("wrong", [[0.0] * 4, [0.0, 0.0, 0.0, 1.01], [np.nan, 0.0, 0.0, 1.0]])
-def test_what_is_no_unit_quaternion_is_not_taken(wrong):
+MIRROR, LARGER = np.diag([1.0, 1.0, -1.0]).ravel(), 1.01 * np.eye(3).ravel()
+
+
+@pytest.mark.parametrize("wrong", [
+    [0.0] * 4, [0.0, 0.0, 0.0, 1.01], [np.nan, 0.0, 0.0, 1.0], [0.0] * 9, MIRROR, LARGER,
+])  # fmt: skip
+def test_what_is_no_unit_quaternion_and_no_rotation_is_not_taken(wrong):
     turn = Turn(LEVER_M)
     assert turn.add([0.0, 0.0, 0.0, 1.0])
     assert not turn.add(wrong)

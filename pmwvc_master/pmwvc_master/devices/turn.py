@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmwvc_core.frame import STALE_NS
-from pmwvc_core.transport.orientation import unit
+from pmwvc_core.transport.orientation import UNIT, unit
 
 
 class Turn:
@@ -22,12 +22,13 @@ class Turn:
         from scipy.spatial.transform import Rotation  # takes long; only six axes need it
 
         if len(turned) == 9:
-            turned = Rotation.from_matrix(np.reshape(turned, (3, 3))).as_quat()
+            m = np.reshape(turned, (3, 3))
+            turned = Rotation.from_matrix(m).as_quat() if abs(np.linalg.det(m) - 1) < UNIT else ()
         q, before, span_ns = unit(turned, self.orientation), self.orientation, at_ns - self._at_ns
         if q and before:
             turn = Rotation.from_quat(q) * Rotation.from_quat(before).inv()
             by = self.lever_m * turn.as_rotvec()
-            self.way = self.way + by
-            self.rate = by * (1e9 / span_ns if 0 < span_ns <= STALE_NS else 0.0)
+            fast = 1e9 / span_ns if 0 < span_ns <= STALE_NS else 0.0
+            self.way, self.rate = self.way + by, fast * by
         self.orientation, self._at_ns = q or before, at_ns
         return bool(q)

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What devices of vendors have in common: a profile, parameters, one master each; a thread that
-serves some; calls of a C library.
-"""
+"""What devices of vendors have in common: a profile, one master each, a thread, a C library."""
 
 import math
 import os
