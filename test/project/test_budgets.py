@@ -73,7 +73,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_070,
+        4_068,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
@@ -87,7 +87,7 @@ ROOMS = {
     ),
     "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        1_250,
+        1_249,
         1_250,
         inside(
             "pmwvc_master",

@@ -47,10 +47,8 @@ BACK_S = 1.0  # to be coupled again after what the scenario takes away
 BREAK_S = 0.1  # without force or coupling: as long as a grip takes to react to a load
 LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling
 # Limits that took over.
-LIMITED, LIMITED_RATIO = (
-    {"N": 1e-3, "N m": 5e-5},
-    0.01,
-)  # by which a force differs that was limited
+LIMITED = {"N": 1e-3, "N m": 5e-5}  # by which a force or torque differs that was limited
+LIMITED_RATIO = 0.01  # and of its size
 OFTEN, OFTEN_RATIO = 3, 0.05  # times, and of the second half: limits that act again and again
 LARGEST = 0.99  # of the largest force: as large as the limits allow
 WITHHELD_J = 1e-9  # less of a returning wave was not shortened

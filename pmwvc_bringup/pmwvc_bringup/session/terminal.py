@@ -118,8 +118,8 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
             when = f"when {user['ended']}" if user["ended"] else when
             axes = force if isinstance(force, list) else [force]
             turn = [each * summary["parameters"].get("server.lever_m", 1.0) for each in axes[3:]]
-            torque = f", torque {' '.join(f'{each:.4f}' for each in turn)} N m" if turn else ""
-            parts.append(f"force {' '.join(f'{n:.2f}' for n in axes[:3])} N{torque} {when}")
+            torque = f", torque {' '.join(f'{each:z.4f}' for each in turn)} N m" if turn else ""
+            parts.append(f"force {' '.join(f'{n:z.2f}' for n in axes[:3])} N{torque} {when}")
         if user["environment_limited"]:
             parts.append(limits.words(user["environment_limited"]))
         if user["ticks_missing"]:
