@@ -24,6 +24,18 @@ SINGLE = {
         *("recorder", "six_axes", "vendor_devices", "wrong_token"),
     )
 }
+# Fakes of one device have one serial number, which only one process may claim at a time.
+FAKES = {
+    f"test_{name}.py"
+    for name in (
+        "device_list",
+        "force_dimension",
+        "haply",
+        "haply_service",
+        "touch",
+        "vendor_devices",
+    )
+}
 NICENESS = 10  # of tests that only compute, beside live nodes
 if "PYTEST_XDIST_WORKER" in os.environ:
     # On several workers they come first: they wait more than they compute, and last they would
@@ -52,6 +64,8 @@ class ByFile(LoadScopeScheduling):
 
     def _split_scope(self, nodeid: str) -> str:
         file = Path(nodeid.partition("::")[0])
+        if file.name in FAKES:
+            return "fakes"
         sessions = file.parts[1] in LIVE and file.name not in SINGLE
         return "live" if sessions else str(file)
 

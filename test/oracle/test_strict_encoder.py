@@ -103,18 +103,23 @@ ALONE = (
     "server.period_s=0.001",
     "device.damping=2",
     "operator.kind=sinusoid",
-    "operator.force=0.3",
     "operator.frequency_hz=0.3",
 )
 
 
-@pytest.mark.parametrize("slow_s", [0.0, SLOW_S])
-def test_a_fast_swing_of_a_device_alone_counts_the_positions_measured(slow_s, monkeypatch):
-    """With zero, the control: the work over the tracked position feeds the swing."""
-    as_written(monkeypatch, port__counts__SLOW_S=slow_s)
-    given = given_j(files.load("wall", settings_texts=[*UNLENT, *ALONE], duration_s=5.0))
-    assert (given > 1e-3) == (slow_s == 0.0)
-    assert given < 1e-6 or slow_s == 0.0
+def test_a_fast_swing_of_a_device_alone_counts_the_positions_measured(monkeypatch):
+    """The control: the work over the tracked position feeds the swing, by 20 mJ at any force. What
+    is left is chaotic, so three forces are taken together.
+    """
+
+    def fed_j(slow_s):
+        as_written(monkeypatch, port__counts__SLOW_S=slow_s)
+        forces = ([*UNLENT, *ALONE, f"operator.force={force}"] for force in (0.2, 0.3, 0.5))
+        return sum(given_j(files.load("wall", settings_texts=f, duration_s=5.0)) for f in forces)
+
+    control_j = fed_j(0.0)
+    assert control_j > 1e-2
+    assert fed_j(SLOW_S) < 0.05 * control_j
 
 
 def test_what_a_port_behind_counts_gives_out_is_said_before_the_session():

@@ -56,8 +56,8 @@ class Peers:
             values[f"{topic}: publishers"] = ", ".join(names) or "none"
             values[f"{topic}: sender followed"] = f"{inbox.epoch:016x}" if inbox.epoch else "none"
             values[f"{topic}: other senders"] = ", ".join(others) or "none"
-            told = self._of_packets(topic, names, inbox)
-            wrong += _several(topic, names) or told
+            found = self._of_packets(topic, names, inbox)
+            wrong += _several(topic, names) or found
         for topic in self._own:
             wrong += _several(topic, sorted(self._publishers(topic)))
         return wrong, values
