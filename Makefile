@@ -19,8 +19,8 @@ run: setup  ## a session of two users carrying a cube over 16 ms links
 live: setup  ## a session to take part in, in the browser
 	@./pmwvc run live_alone --view
 
-test: setup  ## all tests (17 minutes on two cores)
-	@echo "all tests, live sessions beside the others: 17 minutes on two cores, more on slow ones"
+test: setup  ## all tests (15 minutes on two cores)
+	@echo "all tests, live sessions beside the others: 15 minutes on two cores, more on slow ones"
 	@$(PY) -m pytest -n auto
 
 lint: setup  ## format, lint and type checks

@@ -39,7 +39,7 @@ H, TICK_S, STEPS = 0.008, 0.001, 120
 MATRIX = {"channel": "strict", "dof": 2, "master": {"impedance_matrix": "30 6; 6 20"}}
 # Of one user, which is compiled in a third of the time; without waves there are two.
 ENVIRONMENTS = {
-    "coupled axes": MATRIX | {"server": {"coupling": "implicit"}},
+    "implicit": {"channel": "strict", "server": {"coupling": "implicit"}},
     "coupled axes, unwrapped": MATRIX | {"server": {"coupling": "unwrapped"}},
     **{
         f"{environment}, {compensation}": {
