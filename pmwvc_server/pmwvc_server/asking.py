@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The call of a live server's environment: of its own directly, of a plug-in through a thread.
 
-A plug-in may take too long or never come back. The loop waits for part of its period; then it
-goes on without an answer, and does not ask again before the plug-in is back. An answer that comes
-late is not used.
-
-Not guarded against: a plug-in that holds the interpreter (a compiled library that does not give it
-back) stops every thread of the process.
+A plug-in may take too long or never come back. The loop waits for part of its period, goes on
+without an answer, and does not ask again before the plug-in is back; a late answer is not used. A
+scene is asked directly as well, until it is slow. Not guarded against: a plug-in that holds the
+interpreter (a compiled library that does not give it back) stops every thread of the process.
 """
 
-import contextlib
-import os
 import queue
 import threading
 import time
@@ -22,11 +18,12 @@ from typing import Any
 from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Unanswered
+from pmwvc_core.runtime.pacing import request_priority
 from pmwvc_core.server.black_box import Call, directly
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.server.environments import environment_of
+from pmwvc_core.server.environments import LIBRARY, environment_of
 
-WAIT_RATIO = 0.5  # of the period that the loop waits
+WAIT_RATIO, SLOW_STEPS = 0.5, 3  # of the period that the loop waits; so many longer ones are slow
 _PRIORITY = 10  # below the loop, above other programs
 Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
@@ -34,8 +31,10 @@ Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 def caller(params: ServerParams) -> Call:
     """Return how the environment of a server is asked."""
     black_box, asked = COUPLINGS.of(params.coupling).black_box, environment_of(params.environment)
-    at_once = not black_box or asked.made or asked.prompt
-    return directly if at_once else Worker(WAIT_RATIO * params.period_s)
+    if not black_box or asked.made:
+        return directly
+    worker = Worker(WAIT_RATIO * params.period_s)
+    return worker.at_once if params.environment in LIBRARY else worker
 
 
 class Worker:
@@ -44,7 +43,7 @@ class Worker:
     def __init__(self, patience_s: float) -> None:
         self._patience_s = patience_s
         self._questions: queue.SimpleQueue[Question] = queue.SimpleQueue()
-        self._asked_s = 0.0
+        self._asked_s, self._slow = 0.0, 0
         self._answer: Future[Any] | None = None  # to the last question
         threading.Thread(target=self._work, name="environment", daemon=True).start()
 
@@ -63,9 +62,16 @@ class Worker:
             raise error
         return self._answer.result()
 
+    def at_once(self, exchange: Callable[[], Any]) -> Any:
+        """Return the answer in the caller's thread, which no other delays, until that is slow."""
+        if self._slow >= SLOW_STEPS:
+            return self(exchange)
+        began_s, answer = time.thread_time(), exchange()
+        self._slow += time.thread_time() - began_s > self._patience_s
+        return answer
+
     def _work(self) -> None:
-        with contextlib.suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+        request_priority(_PRIORITY)
         while True:
             exchange, answer = self._questions.get()
             try:

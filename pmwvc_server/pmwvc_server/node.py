@@ -115,9 +115,8 @@ class ServerNode:
             self._markers.publish(markers(self.loop, self.names, size_m=size_m, stamp=stamp))
 
     def _log_changes(self) -> None:
-        changes = self.loop.changes
-        while changes:
-            user, presence = changes.popleft()
+        while self.loop.changes:
+            user, presence = self.loop.changes.popleft()
             self.node.get_logger().info(f"{self.names[user]} {NEWS[presence]}")
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
@@ -132,11 +131,9 @@ class ServerNode:
             seen = diagnostics(loop.protocol.inboxes[user], out="down", into="up")
             values[f"{name}: state"] = presence.name.lower()
             values |= {f"{name}: {key}": value for key, value in seen.items()}
-            learned = loop.protocol.learned(user)
-            if learned is not None:
+            if (learned := loop.protocol.learned(user)) is not None:
                 values[f"{name}: (K T + 2B)/b learned"] = f"{float(np.max(learned)):.3g}"
-            kept = self._kept_apart(user)
-            values[f"{name}: kept apart"] = kept or "no"
+            values[f"{name}: kept apart"] = (kept := self._kept_apart(user)) or "no"
             apart += [f"{name}: {kept}"] if kept else []
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
         texts = [f"{there} of {len(self.names)} users"]

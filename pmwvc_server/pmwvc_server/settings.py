@@ -84,15 +84,14 @@ def declare_settings(
 ) -> ServerSettings:  # fmt: skip
     """Declare all parameters of the node and return the values; ParameterError if one is wrong.
 
-    After each accepted change ``on_server``, ``on_contact`` and ``on_pause`` get complete new
-    parameters, those of a contact with the number of the user, from 0; then ``settled`` is called,
-    once for what was set together. All of it in the thread that serves parameters.
+    After each accepted change ``on_server``, ``on_contact`` (with the number of the user, from 0)
+    and ``on_pause`` get complete new parameters, then ``settled`` is called once for all, in the
+    thread that serves parameters.
     """
     binding = ParameterBinding(node, settled=settled)
     binding.declare("", PauseParams, on_pause)
-    names = declare_names(
-        node, "users", ["user1", "user2"], f"names (namespaces) of the users, 1 to {LARGEST}"
-    )
+    what = f"names (namespaces) of the users, 1 to {LARGEST}"
+    names = declare_names(node, "users", ["user1", "user2"], what)
     if not 1 <= len(names) <= LARGEST:
         raise ParameterError(f"users = {names}: must be 1 to {LARGEST} names")
     for_all = _ForAll(node, names)
@@ -122,10 +121,8 @@ def declare_settings(
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
     for_all.strict = is_strict(settings.controller, settings.channel)
-    for_all.receiver = {
-        **{"dof": settings.dof, "strict": for_all.strict},
-        "timeout_s": settings.times.timeout_s,
-    }
+    timeout_s = settings.times.timeout_s
+    for_all.receiver = {"dof": settings.dof, "strict": for_all.strict, "timeout_s": timeout_s}
     for user in settings.users:
         if user.side == 0:
             raise ParameterError(f"{user.name}.side = 0: must be -1 or 1")

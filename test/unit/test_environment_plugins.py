@@ -8,6 +8,7 @@ import re
 import sys
 import textwrap
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -198,3 +199,20 @@ def test_a_hanging_environment_is_left_alone_until_it_is_back_and_its_late_answe
     assert worker._answer.result(30.0) == "late"  # it is back
     worker._patience_s = 30.0
     assert worker(lambda: "new") == "new"
+
+
+def test_a_scene_is_asked_by_the_loop_itself_until_it_is_slow():
+    def who(busy_s):
+        def exchange():
+            end_s = time.thread_time() + busy_s
+            while time.thread_time() < end_s:
+                pass
+            return threading.current_thread().name
+
+        return exchange
+
+    here = threading.current_thread().name
+    assert caller(ServerParams(coupling="unknown", environment="mujoco"))(who(0.0)) == here
+    ask = Worker(0.05).at_once
+    assert {ask(who(busy_s)) for busy_s in (0.0, 0.06, 0.0, 0.06, 0.0, 0.06)} == {here}
+    assert ask(who(0.0)) == "environment"

@@ -31,7 +31,6 @@ class Environment(Record):
     # or made when it is asked for: a :class:`pmwvc_core.server.black_box.BlackBox`, whose contacts
     # are its own and may slip
     outside: Callable[[EnvironmentSetup], Any] | None = None
-    prompt: bool = False  # whether a live server asks it itself: a step takes some ms at most
     known: bool = False  # whether every coupling knows its equations; else a black box only
     movable: bool = False  # whether it is an object that moves freely (``server.object_mass``)
     sloped: bool = False  # whether it reports its slope, with which the loop is solved
@@ -92,7 +91,6 @@ ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of it
 BODY = Environment(
     name="body",
     outside=lambda setup: resolve_name("pmwvc_core.scenes.body:Box")(setup),
-    prompt=True,
 )
 MUJOCO = Environment(
     name="mujoco",
