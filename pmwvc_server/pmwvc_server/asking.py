@@ -23,7 +23,7 @@ from pmwvc_core.server.black_box import Call, directly
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import LIBRARY, environment_of
 
-WAIT_RATIO, SLOW_STEPS = 0.5, 3  # of the period that the loop waits; so many longer ones are slow
+WAIT_RATIO, SLOW_STEPS = 0.5, 3  # of the period that the loop waits; that outnumber prompt ones
 _PRIORITY = 10  # below the loop, above other programs
 Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
@@ -66,8 +66,8 @@ class Worker:
         """Return the answer in the caller's thread, which no other delays, until that is slow."""
         if self._slow >= SLOW_STEPS:
             return self(exchange)
-        began_s, answer = time.thread_time(), exchange()
-        self._slow += time.thread_time() - began_s > self._patience_s
+        until_s, answer = time.thread_time() + self._patience_s, exchange()
+        self._slow = max(self._slow + (1 if time.thread_time() > until_s else -1), 0)
         return answer
 
     def _work(self) -> None:
