@@ -23,7 +23,7 @@ from pmwvc_core.server.black_box import Call, directly
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import LIBRARY, environment_of
 
-WAIT_RATIO, SLOW_STEPS = 0.5, 3  # of the period that the loop waits; that outnumber prompt ones
+WAIT_RATIO, SLOW_STEPS = 0.5, 3  # of the period that the loop waits; longer than it, beyond others
 _PRIORITY = 10  # below the loop, above other programs
 Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
@@ -66,7 +66,7 @@ class Worker:
         """Return the answer in the caller's thread, which no other delays, until that is slow."""
         if self._slow >= SLOW_STEPS:
             return self(exchange)
-        until_s, answer = time.thread_time() + self._patience_s, exchange()
+        until_s, answer = time.thread_time() + self._patience_s / WAIT_RATIO, exchange()
         self._slow = max(self._slow + (1 if time.thread_time() > until_s else -1), 0)
         return answer
 

@@ -213,6 +213,6 @@ def test_a_scene_is_asked_by_the_loop_itself_until_it_is_slow():
 
     here = threading.current_thread().name
     assert caller(ServerParams(coupling="unknown", environment="mujoco"))(who(0.0)) == here
-    ask = Worker(0.05).at_once
+    ask = Worker(0.025).at_once
     assert {ask(who(busy_s)) for busy_s in (*(0.06, 0.0) * 4, 0.06, 0.06, 0.06)} == {here}
     assert ask(who(0.0)) == "environment"
