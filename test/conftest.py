@@ -21,19 +21,15 @@ SINGLE = {
     f"test_{name}.py"
     for name in (
         *("environments", "mapped_device", "master", "netem", "node_ends", "node_settings"),
-        *("recorder", "six_axes", "vendor_devices", "wrong_token"),
+        *("recorder", "six_axes", "wrong_token"),
     )
 }
 # Fakes of one device have one serial number, which only one process may claim at a time.
 FAKES = {
     f"test_{name}.py"
     for name in (
-        "device_list",
-        "force_dimension",
-        "haply",
-        "haply_service",
-        "touch",
-        "vendor_devices",
+        *("device_list", "force_dimension", "haply", "haply_service"),
+        *("touch", "vendor_devices"),
     )
 }
 NICENESS = 10  # of tests that only compute, beside live nodes

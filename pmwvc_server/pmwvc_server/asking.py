@@ -4,8 +4,7 @@
 
 A plug-in may take too long or never come back. The loop waits for part of its period, goes on
 without an answer, and does not ask again before the plug-in is back; a late answer is not used. A
-scene is asked directly as well, until it is slow. Not guarded against: a plug-in that holds the
-interpreter (a compiled library that does not give it back) stops every thread of the process.
+scene is asked directly until it is slow. Not guarded against: one that holds the interpreter.
 """
 
 import queue
@@ -23,7 +22,8 @@ from pmwvc_core.server.black_box import Call, directly
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import LIBRARY, environment_of
 
-WAIT_RATIO, SLOW_STEPS = 0.5, 3  # of the period that the loop waits; longer than it, beyond others
+WAIT_RATIO = 0.5  # of the period that the loop waits
+SLOW_STEPS = 3  # longer than the period, more than shorter ones: a scene is slow
 _PRIORITY = 10  # below the loop, above other programs
 Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
@@ -63,7 +63,7 @@ class Worker:
         return self._answer.result()
 
     def at_once(self, exchange: Callable[[], Any]) -> Any:
-        """Return the answer in the caller's thread, which no other delays, until that is slow."""
+        """Return the answer in the caller's thread, which runs above others, until it is slow."""
         if self._slow >= SLOW_STEPS:
             return self(exchange)
         until_s, answer = time.thread_time() + self._patience_s / WAIT_RATIO, exchange()

@@ -106,7 +106,8 @@ def of_server(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Even
     masters = {user.name: user for user in traces.users}
     for index, name in enumerate(server.users):
         yield from _presence(server, index, masters.get(name), traces.duration_s)
-        yield from _contacts(traces, index, "grip" if holds else "contact", scenario)
+        made = "grip" if holds else "contact"
+        yield from _contacts(server, index, traces.duration_s, made, scenario)
 
 
 def _presence(
@@ -139,9 +140,8 @@ def _presence(
 
 
 def _contacts(
-    traces: SessionTraces, index: int, made: str, scenario: Scenario | None
+    server: ServerTraces, index: int, duration_s: float, made: str, scenario: Scenario | None
 ) -> Iterator[Event]:
-    server: Any = traces.server
     name = server.users[index]
     for first, last in runs(touching(server, index), server.time_s, th.DEBOUNCE_S):
         parts = loads(server.f_s[index][first : last + 1], scenario)
@@ -149,5 +149,5 @@ def _contacts(
         sizes = [f"{size:.{DIGITS[unit]}f} {unit}" for size, unit in most]
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
         yield event(start, name, made, f"contact made; up to {listed(sizes)} until {end:.2f} s")
-        if end < min(traces.duration_s, float(server.time_s[-1])) - th.END_S:
+        if end < min(duration_s, float(server.time_s[-1])) - th.END_S:
             yield event(end, name, "release", "contact lost")

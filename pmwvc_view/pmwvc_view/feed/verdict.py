@@ -119,10 +119,9 @@ def _judged(
     passive = [f"Not passive: {active}"] if active else []
     if bad := [*off, *unstable, *passive]:
         return BAD, f"{'. '.join(bad)}."
-    waiting = [
+    if waiting := [
         f"{name} {_waits(u)}" for name, u in users.items() if u.state != SafetyState.COUPLED
-    ]
-    if waiting:
+    ]:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
     if judge.limited:
         return CAUTION, f"All users are coupled; at its limit: {', '.join(judge.limited)}."
@@ -147,7 +146,8 @@ def _judged(
 def _waits(user: FeedUser) -> str:
     if user.state is None:
         return "sends nothing any more" if user.gone else "has sent nothing yet"
-    return f"is {SafetyState(user.state).name.lower()}" + (f" ({user.reason})" * bool(user.reason))
+    why = f" ({user.reason})" if user.reason else ""
+    return f"is {SafetyState(user.state).name.lower()}{why}"
 
 
 def _active(feed: Feed, exact: Collection[str]) -> list[str]:
