@@ -32,17 +32,16 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 ROOMS = {
     "handles that turn, drift, are scaled and uncoupled": Room(
-        260,
+        225,
         250,
         (
             *inside("pmwvc_core", "params/behind.py", "server/turned.py"),
-            *inside("pmwvc_core", "transport/orientation.py"),
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
     "laws": Room(5_952, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_365,
+        3_363,
         2_500,
         inside(
             "pmwvc_core",
@@ -87,7 +86,7 @@ ROOMS = {
     ),
     "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        1_249,
+        1_248,
         1_250,
         inside(
             "pmwvc_master",

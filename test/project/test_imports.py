@@ -19,11 +19,15 @@ PACKAGES = {
     "pmwvc_view": {"pmwvc_core", "pmwvc_msgs", "pmwvc_analysis"},
 }
 # Below each folder of the core: what it may import of the core beside itself.
-BASE = {"account", "errors", "motion", "numeric", "params", "plugins", "transport", "wave"}
+BASE = {
+    *("account", "errors", "motion", "numeric", "params", "plugins", "quaternions", "transport"),
+    "wave",
+}
 MADE = BASE | {"law", "plant", "master", "server", "controllers", "scenario", "frame"}
 CORE = {
     "errors": set(),
     "numeric": set(),
+    "quaternions": set(),
     "words": set(),
     "account": {"numeric"},
     "motion": {"numeric"},
@@ -34,12 +38,12 @@ CORE = {
     "compiled": {"law", "unrolled"},
     "unrolled": {"law"},
     "wave": {"account", "errors", "numeric", "params"},
-    "transport": {"account", "errors", "numeric", "params", "wave"},
+    "transport": {"account", "errors", "numeric", "params", "quaternions", "wave"},
     "plant": BASE | {"law"},
     "network": BASE,
     "master": BASE | {"law"},
     "server": BASE | {"law", "scenes"},
-    "scenes": {"errors", "numeric", "params", "plugins", "server"},
+    "scenes": {"errors", "numeric", "params", "plugins", "quaternions", "server"},
     "controllers": BASE | {"law", "master", "server", "network"},
     "scenario": BASE | {"controllers", "network", "server"},
     "made": MADE,

@@ -13,7 +13,7 @@ from support.law_rigs import Users
 from support.packer import Packer
 
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.transport.orientation import IDENTITY, carried, unit
+from pmwvc_core.quaternions import IDENTITY, carried, unit
 from pmwvc_core.transport.packet import Receipt
 from pmwvc_core.transport.receiver import Receiver
 

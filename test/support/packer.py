@@ -5,7 +5,7 @@
 import numpy as np
 
 from pmwvc_core.numeric import AXES, Value, squared
-from pmwvc_core.transport.orientation import IDENTITY
+from pmwvc_core.quaternions import IDENTITY
 from pmwvc_core.transport.packet import LAST_NUMBER, WavePacket
 
 

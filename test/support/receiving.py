@@ -17,7 +17,7 @@ from pmwvc_core.law.channel.playout import Energies, PlayoutParams
 from pmwvc_core.made.user import packing_params
 from pmwvc_core.numeric import AXES
 from pmwvc_core.params import DeadbandParams
-from pmwvc_core.transport.orientation import IDENTITY
+from pmwvc_core.quaternions import IDENTITY
 from support.session_given import session_given
 
 

@@ -23,9 +23,9 @@ from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.sums import runs, spans
 from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.quaternions import IDENTITY
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces
-from pmwvc_core.transport.orientation import IDENTITY
 from pmwvc_core.words import listed
 
 

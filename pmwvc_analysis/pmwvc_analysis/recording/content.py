@@ -30,8 +30,8 @@ from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.topics import SCENE
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.numeric import Array
+from pmwvc_core.quaternions import IDENTITY, Orientation, unit
 from pmwvc_core.traces import HandTargets
-from pmwvc_core.transport.orientation import IDENTITY, Orientation, unit
 from pmwvc_core.transport.packet import intact
 from pmwvc_core.words import count
 

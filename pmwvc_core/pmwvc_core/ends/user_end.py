@@ -27,8 +27,8 @@ from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import hand_force
 from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
+from pmwvc_core.quaternions import IDENTITY, Orientation, carried
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.transport.orientation import IDENTITY, Orientation, carried
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
 from pmwvc_core.unrolled import unrolled
 

@@ -20,8 +20,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from pmwvc_core.ends.inbox import scalar, value, vector
 from pmwvc_core.numeric import AXES
+from pmwvc_core.quaternions import IDENTITY
 from pmwvc_core.runtime.messages import KEPT, NS_PER_S, MessageTypes, record_of
-from pmwvc_core.transport.orientation import IDENTITY
 from pmwvc_core.transport.packet import Admission, Receipt, WavePacket, refused, size_bytes
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian

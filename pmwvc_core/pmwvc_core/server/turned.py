@@ -13,14 +13,12 @@ faster by ``REPAID`` e/h, of which the waves do not know, where a compensation p
 Equations: docs/theory.md 5.19.
 """
 
-from typing import Any
-
 import numpy as np
 
 from pmwvc_core.numeric import AXES, Array, Value
 from pmwvc_core.params import ServerParams
+from pmwvc_core.quaternions import IDENTITY, Orientation, carried, turn_between
 from pmwvc_core.server.couplings import COMPENSATIONS
-from pmwvc_core.transport.orientation import IDENTITY, Orientation
 
 REPAID = 0.3  # of the drift in a step, as of what waves and avatar are apart
 LARGEST_RAD_S = 0.5  # a device whose orientation jumps turns nobody's hand
@@ -32,7 +30,7 @@ class Turned:
     def __init__(self, shape: tuple[int, int], server: ServerParams) -> None:
         self.handles = [list(IDENTITY if shape[1] == AXES else ())] * shape[0]
         self.devices: list[tuple[Value, Orientation] | None] = [None] * shape[0]  # and x [m]
-        self.since: dict[int, tuple[Array, Any]] = {}  # users joined
+        self.since: dict[int, tuple[Array, Orientation, Orientation]] = {}  # users joined
         self._shape, self._lever_m, self._known = shape, server.lever_m, False
         self.repays = COMPENSATIONS.of(server.compensation).limits
 
@@ -46,15 +44,13 @@ class Turned:
         wish, most = np.zeros(self._shape), LARGEST_RAD_S * self._lever_m
         if not (self.repays and self._known):
             return wish
-        from scipy.spatial.transform import Rotation  # takes long; only six axes need it
-
         for user, seen in enumerate(self.devices):
             if seen and there[user]:
-                lag, device = seen[0] - places[user], Rotation.from_quat(seen[1])
-                handle = Rotation.from_quat(self.handles[user])
-                before, turn = self.since.setdefault(user, (lag, device.inv() * handle))
-                back = Rotation.from_rotvec((before - lag)[3:] / self._lever_m)
-                apart = (back * device * turn * handle.inv()).as_rotvec()
-                e = REPAID / h * self._lever_m * apart
+                (at, device), handle = seen, tuple(self.handles[user])
+                lag = at - places[user]
+                before, m, s = self.since.setdefault(user, (lag, device, handle))
+                unexplained = ((before - lag)[3:] / self._lever_m).tolist()
+                should_be = carried(carried(s, turn_between(m, device)), unexplained)
+                e = REPAID / h * self._lever_m * np.array(turn_between(handle, should_be))
                 wish[user, 3:] = e * min(1.0, most / max(float(np.linalg.norm(e)), most))
         return wish

@@ -28,7 +28,7 @@ from typing import Protocol
 
 from pmwvc_core.account import Passage
 from pmwvc_core.numeric import AXES, Value
-from pmwvc_core.transport.orientation import Orientation
+from pmwvc_core.quaternions import Orientation
 
 # With what is in flight; without waves of both directions together.
 LINK_UP = Passage("link_up", ("u_tx",), ("u_s",))

@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from pmwvc_core.numeric import AXES, Value, finite, squared
-from pmwvc_core.transport.orientation import Orientation, unit
+from pmwvc_core.quaternions import Orientation, unit
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Receipt, WavePacket, ahead
 from pmwvc_core.transport.path import LONGEST_ROUND_TRIP_NS, Path, PathEstimate
 

@@ -24,8 +24,8 @@ from pmwvc_core.ends.inbox import value
 from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import AXES, Value, finite, flatten
+from pmwvc_core.quaternions import IDENTITY
 from pmwvc_core.runtime.topics import Polled
-from pmwvc_core.transport.orientation import IDENTITY
 from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
 from pmwvc_master.devices.turn import Turn
 

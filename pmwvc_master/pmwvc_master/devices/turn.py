@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmwvc_core.frame import STALE_NS
-from pmwvc_core.transport.orientation import UNIT, unit
+from pmwvc_core.quaternions import UNIT, turn_between, unit
 
 
 class Turn:
@@ -19,15 +19,14 @@ class Turn:
 
     def add(self, turned: Sequence[float], at_ns: int = 0) -> bool:
         """Take a unit quaternion x y z w, or a matrix by rows; tell whether it was one."""
-        from scipy.spatial.transform import Rotation  # takes long; only six axes need it
-
         if len(turned) == 9:
+            from scipy.spatial.transform import Rotation  # takes long; few devices need it
+
             m = np.reshape(turned, (3, 3))
             turned = Rotation.from_matrix(m).as_quat() if abs(np.linalg.det(m) - 1) < UNIT else ()
         q, before, span_ns = unit(turned, self.orientation), self.orientation, at_ns - self._at_ns
         if q and before:
-            turn = Rotation.from_quat(q) * Rotation.from_quat(before).inv()
-            by = self.lever_m * turn.as_rotvec()
+            by = self.lever_m * np.array(turn_between(before, q))
             fast = 1e9 / span_ns if 0 < span_ns <= STALE_NS else 0.0
             self.way, self.rate = self.way + by, fast * by
         self.orientation, self._at_ns = q or before, at_ns

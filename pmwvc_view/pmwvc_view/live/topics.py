@@ -26,11 +26,11 @@ from std_msgs.msg import Bool, String
 from pmwvc_analysis.recording.assemble import server_traces, user_traces
 from pmwvc_analysis.recording.clocks import monotonic_times
 from pmwvc_core.numeric import Array
+from pmwvc_core.quaternions import IDENTITY, carried
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.topics import LATCHED_QOS, Polled
 from pmwvc_core.traces import ServerTraces, UserTraces
-from pmwvc_core.transport.orientation import IDENTITY, carried
 from pmwvc_msgs.msg import MasterTrace, PacketFate, Reception, ServerTrace
 from pmwvc_view.description import moving
 from pmwvc_view.feed.feed import Feed
