@@ -8,6 +8,8 @@ import math
 from collections.abc import Sequence
 from operator import mul
 
+from pmwvc_core.numeric import Array
+
 Orientation = tuple[float, ...]
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 UNIT = 1e-3  # in packets these are as long as 1 within
@@ -37,6 +39,20 @@ def turn_between(before: Orientation, q: Orientation) -> tuple[float, float, flo
     sine = math.copysign(math.hypot(x, y, z), w)
     share = 2.0 * math.atan2(abs(sine), abs(w)) / sine if sine else 2.0
     return share * x, share * y, share * z
+
+
+def of_matrix(matrix: Array) -> Orientation:
+    """Return it for a rotation matrix ``(3, 3)``."""
+    a, b, c, d, e, f, g, h, i = matrix.ravel().tolist()
+    every = (  # q times 4 x, 4 y, 4 z and 4 w: the longest is the most exact
+        (1.0 + a - e - i, b + d, c + g, h - f),
+        (b + d, 1.0 - a + e - i, f + h, c - g),
+        (c + g, f + h, 1.0 - a - e + i, d - b),
+        (h - f, c - g, d - b, 1.0 + a + e + i),
+    )
+    longest = every[max(range(4), key=lambda n: every[n][n])]
+    size = math.hypot(*longest)
+    return tuple(each / size for each in longest)
 
 
 def unit(q: Sequence[float], last: Sequence[float]) -> Orientation:

@@ -31,11 +31,11 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 
 ROOMS = {
-    "handles that turn, drift, are scaled and uncoupled": Room(
-        225,
-        250,
+    "scenes, and handles that turn, drift, are scaled and uncoupled": Room(
+        1_242,
+        1_150,
         (
-            *inside("pmwvc_core", "params/behind.py", "server/turned.py"),
+            *inside("pmwvc_core", "scenes", "params/behind.py", "server/turned.py"),
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
@@ -49,7 +49,6 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "scenes": Room(984, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_292, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_925,
@@ -86,7 +85,7 @@ ROOMS = {
     ),
     "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        1_248,
+        1_246,
         1_250,
         inside(
             "pmwvc_master",

@@ -27,7 +27,7 @@ MADE = BASE | {"law", "plant", "master", "server", "controllers", "scenario", "f
 CORE = {
     "errors": set(),
     "numeric": set(),
-    "quaternions": set(),
+    "quaternions": {"numeric"},
     "words": set(),
     "account": {"numeric"},
     "motion": {"numeric"},

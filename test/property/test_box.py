@@ -15,6 +15,7 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import BodyParams
 from pmwvc_core.plugins import Unanswered
 from pmwvc_core.scenes.body import Box
+from pmwvc_core.scenes.kinematics import Poses, by_velocities, moved, points_at, slope_of
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
 from pmwvc_core.server.black_box import EnvironmentSetup
 from pmwvc_core.simulation.session import simulate
@@ -121,6 +122,36 @@ def test_the_slope_of_a_point_is_that_of_its_force(seed):
     expected = (middle.slope @ change[:, :, None])[:, :, 0]
     near = np.abs(0.5 * (ends[0] - ends[1]) - expected).max(axis=1)
     assert np.median(near / (1e-12 + np.abs(expected).max(axis=1))) < 1e-3  # off the edges
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_newtons_slope_is_that_of_the_forces(seed):
+    """Against differences, of pads that stick and corners that press, while the box turns; the
+    control is the slope as if J did not turn with it.
+    """
+    rng, made = np.random.default_rng(seed), box(friction=5.0)
+    shape, k = made._shape, 6 + 2 * 6
+    start = Poses(1e-4 * rng.normal(size=(3, 3)) + made._poses.at, made._poses.turned)
+    at = points_at(start, shape)
+    begun = made._points._replace(depth=np.full(len(at), 1e-2), can_touch=np.ones(len(at), bool))
+    rates = rng.normal(0.0, 0.01, k)
+    rates[3:6] = rng.normal(0.0, 1.0, 3)
+
+    def forces(x):
+        poses = moved(start, x, H, shape)
+        mean = Poses(*(0.5 * (a + b) for a, b in zip(start, poses, strict=True)))
+        by = by_velocities(mean, shape)
+        after = pressed(begun, points_at(poses, shape) - at, H)
+        return after.force.ravel() @ by.reshape(-1, k), (after, by, x[3:6], mean, H, shape)
+
+    step = 1e-6 * rng.normal(size=k)
+    change = 0.5 * (forces(rates + step)[0] - forces(rates - step)[0])
+    after, by, *about = forces(rates)[1]
+    rows = by.reshape(-1, k)
+    still = H * rows.T @ (after.slope @ by).reshape(rows.shape) @ step
+    missed = np.linalg.norm(slope_of(after, by, *about) @ step - change)
+    assert missed < 0.3 * np.linalg.norm(still - change)
 
 
 @pytest.mark.parametrize("dof", [3, 6])

@@ -23,10 +23,10 @@ from pmwvc_analysis.export import export
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.replay.run import exact, replay
+from pmwvc_analysis.replay.scene_files import as_described
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.scenes.description import as_described
 from pmwvc_core.server import environments
 from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.session import simulate

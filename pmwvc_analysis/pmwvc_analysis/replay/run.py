@@ -13,6 +13,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
+from pmwvc_analysis.replay.scene_files import as_described
 from pmwvc_analysis.replay.times import own_sender, tick_numbers
 from pmwvc_analysis.traces import sums
 from pmwvc_analysis.traces.holes import SERVER, holes, of_user, starts
@@ -20,7 +21,6 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.scenes.description import as_described
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces, UserTraces
 

@@ -7,38 +7,38 @@ Of six axes, the last three are the turn of a handle, as the way of a point at t
 way l theta [m], force torque/l [N], so that b along all six is b l^2 about an axis, and power is
 power. World axes everywhere.
 
-In a step h all motion is by the mean velocities: v of the box and w in its own axes, V and W of
-the handles in world axes; a bar is the mean of both ends, J a contact's motion by them, I the
-inertia about the box's own axes::
+By the mean velocities of a step, v and w of the box and V and W of the handles, with the motion
+J of every point by them (:mod:`.kinematics`) and the inertia I about the box's own axes::
 
     m (v1 - v0)/h = m g - sum Jv^T phi,   I (w1 - w0)/h + w x I w = -sum Jw^T phi,
     v = (v0 + v1)/2,   w = (w0 + w1)/2,   R1 = R0 cay(h w)
     b V = drive - sum JV^T phi,           b l^2 W = l drive_r - sum JW^T phi
 
 w x I w does no work, and R1 I w1 - R0 I w0 = Rbar (I (w1 - w0) + h w x I w): a free box keeps
-energy and momentum.
-
-A point of a pad moves over its face by D = q1 - q0, q = R^T (p - c) being where it is in the box,
-a corner of the box over the table by D = y1 - y0, y = c + R s. Both are exact in the velocities::
-
-    D = h (Rbar^T (V + W x abar) - Rbar^T v + rho x w),   rho = Rbar^T (pbar - cbar)
-    D = h (v + Rbar (w x s))
-
-so that phi . D is what the forces of :mod:`.pressing` take up, and energy balances at the port as
-exactly as the forces do (:mod:`.newton`). Equations: docs/theory.md 5.18.
+energy and momentum. phi . J h is what the forces of :mod:`.pressing` take up, so energy balances
+at the port as exactly as the forces do (:mod:`.newton`). Equations: docs/theory.md 5.18.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import AXES, Array
+from pmwvc_core.quaternions import of_matrix
 from pmwvc_core.scenes.description import FORMAT
+from pmwvc_core.scenes.kinematics import (
+    Poses,
+    Shape,
+    by_velocities,
+    moved,
+    points_at,
+    slope_of,
+)
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
-from pmwvc_core.scenes.turning import cayley, cross
+from pmwvc_core.scenes.turning import cross
 from pmwvc_core.server.black_box import EnvironmentSetup
 
 POINTS = 3  # of a pad
@@ -46,13 +46,6 @@ TABLE_N_M, TABLE_S, SINKS = 2e4, 0.002, 0.025  # at least; damping of it; most o
 THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
 GREY, WOOD = [0.5, 0.5, 0.5, 1.0], [0.8, 0.6, 0.3, 1.0]  # the first is the page's own colour
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-
-
-class Poses(NamedTuple):
-    """Where box and handles are: the first is the box, ``(1 + users, 3)`` and ``(..., 3, 3)``."""
-
-    at: Array
-    turned: Array
 
 
 class Box:
@@ -81,16 +74,15 @@ class Box:
         outward = np.zeros((users, 3))
         for user, side in enumerate(setup.sides):
             outward[user, 0 if side else 2] = side or 1.0
-        # of every handle, in its own axes
-        self._ring = np.where(outward[:, None, :1] != 0.0, ring, ring[:, [2, 1, 0]])
-        self._corners = self._half_m * CORNERS
+        rings = np.where(outward[:, None, :1] != 0.0, ring, ring[:, [2, 1, 0]])
+        pads = np.repeat(np.arange(users), POINTS)
+        self._shape = Shape(rings, pads, self._half_m * CORNERS, setup.dof)
         table_n_m = max(TABLE_N_M, self._weight_n / (4.0 * SINKS * self._half_m[2]))
         k = [contact.contact_stiffness / POINTS for contact in setup.contacts]
         damping = [contact.contact_damping / POINTS for contact in setup.contacts]
-        self._pads = np.repeat(np.arange(users), POINTS)
 
         def of_points(of_users: Any, of_corners: Any) -> Array:
-            return np.concatenate([np.asarray(of_users)[self._pads], [of_corners] * 8])
+            return np.concatenate([np.asarray(of_users)[pads], [of_corners] * 8])
 
         self._table_z = self._weight_n / (4.0 * table_n_m) - self._half_m[2]
         self._face_m = of_points(np.abs(outward) @ self._half_m, self._table_z)
@@ -98,7 +90,7 @@ class Box:
         self._points = Points(
             of_points(outward, [0.0, 0.0, 1.0]), self._began_m, self._forces,
             of_points(k, table_n_m), of_points(damping, TABLE_S * table_n_m),
-            self._began_m + own.friction, np.arange(len(self._face_m)) >= len(self._pads),
+            self._began_m + own.friction, np.arange(len(self._face_m)) >= len(pads),
         )  # fmt: skip
         self._there = np.zeros(users, bool)
         self._poses = Poses(np.zeros((1 + users, 3)), np.tile(np.eye(3), (1 + users, 1, 1)))
@@ -117,8 +109,8 @@ class Box:
     @property
     def poses(self) -> dict[str, list[float]]:
         """Where box and pads are, ``x y z`` [m] and quaternion ``w x y z``, by name."""
-        turned = Rotation.from_matrix(self._poses.turned).as_quat(True)  # w last
-        rows = np.hstack([self._poses.at, np.roll(turned, 1, axis=1)]).tolist()
+        turned = [[w, x, y, z] for x, y, z, w in map(of_matrix, self._poses.turned)]
+        rows = np.hstack([self._poses.at, turned]).tolist()
         return dict(zip(self._names, rows, strict=True))
 
     @property
@@ -127,9 +119,10 @@ class Box:
         place in ``poses`` (-1: the table), where [m], force on the second [N].
         """
         (c, *_), (r, *_) = self._poses
-        points, forces, pads = self._points_at(self._poses), self._forces.copy(), len(self._pads)
+        points, forces = points_at(self._poses, self._shape), self._forces.copy()
+        pads = len(self._shape.pads)
         points[:pads], forces[:pads] = points[:pads] @ r.T + c, forces[:pads] @ r.T
-        first, second = np.append(1 + self._pads, [0] * 8), [0] * pads + [-1] * 8
+        first, second = np.append(1 + self._shape.pads, [0] * 8), [0] * pads + [-1] * 8
         rows = np.column_stack([first, second, points, forces])
         size = np.linalg.norm(forces, axis=-1)
         return list(rows[np.argsort(-size)][: np.count_nonzero(size)].ravel().tolist())
@@ -137,12 +130,12 @@ class Box:
     @property
     def turned(self) -> Array:
         """How the pads are turned, quaternions ``x y z w``."""
-        return np.asarray(Rotation.from_matrix(self._poses.turned[1:]).as_quat())
+        return np.array([of_matrix(each) for each in self._poses.turned[1:]])
 
     @property
     def description(self) -> dict[str, Any]:
         """Shapes of table, box and pads, as those of :mod:`.description`."""
-        pads = np.abs(self._ring).max(axis=1) + THIN_M
+        pads = np.abs(self._shape.ring).max(axis=1) + THIN_M
         sizes = [[TABLE_M, TABLE_M, THIN_M], self._half_m.tolist(), *pads.tolist()]
         names = ["table", *self._names]
         shapes = [
@@ -174,35 +167,34 @@ class Box:
         wanted[2] = -self._weight_n
         wanted[:6] += 2.0 / dt * self._masses * self._rates
         resists = np.append(2.0 / dt * self._masses, np.outer(impedance, scale**2))
-        inertia = self._masses[3:]
+        inertia, shape = self._masses[3:], self._shape
 
         def tried(x: Array, bound: Array | None) -> Trial:
-            poses = self._moved(x, dt)
-            after = pressed(begun, self._points_at(poses) - at, dt, bound)
-            by = self._by_velocities(poses)
+            poses = moved(self._poses, x, dt, shape)
+            mean = Poses(*(0.5 * (a + b) for a, b in zip(self._poses, poses, strict=True)))
+            after = pressed(begun, points_at(poses, shape) - at, dt, bound)
+            by = by_velocities(mean, shape)
             missing = resists * x - wanted + after.force.ravel() @ by.reshape(-1, len(x))
-            w, slope = x[3:6], np.diag(resists)
-            missing[3:6] += cross(w) @ (inertia * w)
-            slope[3:6, 3:6] += cross(w) * inertia - cross(inertia * w)
-            return Trial(x, missing, slope, by, after, poses)
+            missing[3:6] += cross(x[3:6]) @ (inertia * x[3:6])
 
-        x, *_, after, poses = balanced(tried, self._guess, resists, wanted, begun.friction, dt)
+            def slope() -> Array:
+                w, found = x[3:6], np.diag(resists)
+                found[3:6, 3:6] += cross(w) * inertia - cross(inertia * w)
+                return found + slope_of(after, by, w, mean, dt, shape)
+
+            return Trial(x, missing, slope, after, poses)
+
+        x, *_, after, poses = balanced(tried, self._guess, resists, wanted, begun.friction)
         self._rates = 2.0 * x[:6] - self._rates
         self._poses, self._guess, self._forces = poses, x, after.force
         self._points = begun._replace(bristle=after.bristle)
-        ended = self._points_at(poses)
+        ended = points_at(poses, shape)
         self._stored_j = stored_j(self._points._replace(depth=self._depths(ended)))
         self.heat_j += before_j - self._stored_j + float(np.sum(after.force * (ended - at)))
         turning = self._lever_m * (poses.turned[0] @ x[3:6])
         self.velocity = np.append(x[:3], turning)[: self._dof]
         self.position = self.position + dt * self.velocity
         return np.asarray(x[6:].reshape(-1, self._dof) * scale)
-
-    def _points_at(self, poses: Poses) -> Array:
-        """Return pads' points in the box's axes, its corners in the world's, ``(n, 3)`` [m]."""
-        (c, *_), (r, *_) = poses
-        rings = poses.at[1:, None] + self._ring @ poses.turned[1:].swapaxes(-1, -2)
-        return np.concatenate([(rings.reshape(-1, 3) - c) @ r, c + self._corners @ r.T])
 
     def _depths(self, at: Array) -> Array:
         """Return how deep points are below the faces [m], less where they began."""
@@ -212,38 +204,14 @@ class Box:
         """Return the points at the beginning of a step, and where they are. A point touches a face
         that it is over; one that comes from the side begins without force where it is.
         """
-        at, pads, normal = self._points_at(self._poses), len(self._pads), self._points.normal
+        at, pads = points_at(self._poses, self._shape), len(self._shape.pads)
+        normal = self._points.normal
         flat = at - np.sum(normal * at, axis=-1, keepdims=True) * normal
         can_touch = np.all(np.abs(flat) <= self._half_m, axis=-1)
-        can_touch[:pads] &= self._there[self._pads]
+        can_touch[:pads] &= self._there[self._shape.pads]
         can_touch[pads:] = True
         depth = self._depths(at)
         slides = np.where(self._points.can_touch, np.minimum(depth, 0.0), depth)
         self._began_m = np.where(can_touch, np.maximum(self._began_m + slides, 0.0), 0.0)
         self._began_m[pads:] = 0.0
         return self._points._replace(depth=self._depths(at), can_touch=can_touch), at
-
-    def _moved(self, x: Array, h: float) -> Poses:
-        """Return the poses after a step by mean velocities."""
-        rates = x[6:].reshape(-1, self._dof)
-        at = self._poses.at + h * np.concatenate([x[None, :3], rates[:, :3]])
-        turned = self._poses.turned.copy()
-        turned[0] = turned[0] @ cayley(h * x[3:6])
-        if self._dof == AXES:
-            turned[1:] = cayley(h * rates[:, 3:]) @ turned[1:]
-        return Poses(at, turned)
-
-    def _by_velocities(self, poses: Poses) -> Array:
-        """Return J ``(n, 3, unknowns)``: the rates of all points by the mean velocities."""
-        at, turned = (0.5 * (old + new) for old, new in zip(self._poses, poses, strict=True))
-        pads, dof, r = len(self._pads), self._dof, turned[0]
-        found = np.zeros((pads + len(CORNERS), 3, len(self._guess)))
-        arms = (self._ring @ turned[1:].swapaxes(-1, -2)).reshape(-1, 3)
-        rho = (at[1 + self._pads] + arms - at[0]) @ r
-        found[:pads, :, :3], found[:pads, :, 3:6] = -r.T, cross(rho)
-        found[pads:, :, :3], found[pads:, :, 3:6] = np.eye(3), -r @ cross(self._corners)
-        own = found[:, :, 6:].reshape(len(found), 3, -1, dof)  # of each user's handle
-        own[np.arange(pads), :, self._pads, :3] = r.T
-        if dof == AXES:
-            own[np.arange(pads), :, self._pads, 3:] = -r.T @ cross(arms)
-        return found

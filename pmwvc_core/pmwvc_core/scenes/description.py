@@ -5,10 +5,7 @@ a scene can be made again on any machine.
 """
 
 import base64
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from posixpath import dirname, join, normpath
 from typing import Any
@@ -83,24 +80,3 @@ def files_of(file: Path) -> dict[str, str]:
     there = (path for path in paths if (folder / path).is_file())
     found = sorted(there, key=lambda path: (path != file.name, path))
     return {path: base64.b64encode((folder / path).read_bytes()).decode() for path in found}
-
-
-@contextmanager
-def as_described(scenario: Any, server: Any) -> Iterator[Any]:
-    """Yield a scenario with the scene of the server's traces, whatever became of its files; they
-    are written into a folder that lasts as long as the block.
-    """
-    files = server.scene.get("files") if server is not None else None
-    if not files:
-        yield scenario
-        return
-    with tempfile.TemporaryDirectory(prefix="pmwvc-scene-") as root:
-        # A path may lead out of the scene's folder, never out of this one.
-        above = max((Path(normpath(path)).parts.count("..") for path in files), default=0)
-        folder = Path(root, *["in"] * above)
-        for path, content in files.items():
-            target = folder / normpath(path).lstrip("/")
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(base64.b64decode(content))
-        scene = str(folder / next(iter(files)))
-        yield replace(scenario, server=replace(scenario.server, scene=scene))

@@ -24,10 +24,10 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import AXES, Array
+from pmwvc_core.quaternions import IDENTITY, carried, turn_between
 from pmwvc_core.scenes.description import described
 from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_model
 from pmwvc_core.server.black_box import EnvironmentSetup
@@ -64,7 +64,7 @@ class MujocoScene:
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
-        self._turned = Rotation.from_quat(np.roll(self.data.xquat[self._shown], -1))
+        self._turned = np.roll(self.data.xquat[self._shown], -1).tolist()
         self._good = self._state()
         self.poses, self.contacts = self._poses(), self._contacts()  # others read these
 
@@ -103,8 +103,8 @@ class MujocoScene:
         if held.is_finger:
             self.data.qpos[held.qpos] = held.home + position[:3]
             if self._dof == AXES:
-                turned = Rotation.from_rotvec(position[3:] / self._lever_m)
-                self.data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
+                turned = carried(IDENTITY, (position[3:] / self._lever_m).tolist())
+                self.data.qpos[held.ball] = np.roll(turned, 1)  # w is first, in MuJoCo
         self.data.qvel[held.dofs] = 0.0
         self._there[user], self._inside[user] = True, True
 
@@ -168,18 +168,17 @@ class MujocoScene:
         data = self.data
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
         if self._dof == AXES:
-            was = Rotation.from_quat(np.roll(before[held.ball], -1))  # w is first, in MuJoCo
-            turned = Rotation.from_rotvec(dt * v[3:]) * was
-            data.qpos[held.ball] = np.roll(turned.as_quat(), 1)
+            was = np.roll(before[held.ball], -1).tolist()
+            data.qpos[held.ball] = np.roll(carried(was, (dt * v[3:]).tolist()), 1)
         data.qvel[held.dofs] = v @ self._axes(held)
 
     def _show(self, dt: float) -> None:
         """Note where the first body that moves is, and how it turned."""
         way = self.data.xipos[self._shown] - self._origin - self.position[:3]
+        before, self._turned = self._turned, np.roll(self.data.xquat[self._shown], -1).tolist()
         if self._dof == AXES:
-            turned = Rotation.from_quat(np.roll(self.data.xquat[self._shown], -1))
-            way = np.append(way, self._lever_m * (turned * self._turned.inv()).as_rotvec())
-            self._turned = turned
+            turn = turn_between(before, self._turned)
+            way = np.append(way, self._lever_m * np.array(turn))
         self.position, self.velocity = self.position + way, way / dt
 
     def _weigh(self, held: Grasp, armature: Array) -> None:

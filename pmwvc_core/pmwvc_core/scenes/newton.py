@@ -20,26 +20,25 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenes.pressing import Pressed
 
-SETTLED, NEAR = 1e-14, 1e-11  # of what is wanted: done, and done in one round more
+SETTLED, NEAR = 1e-13, 1e-11  # of what is wanted: done, and done in one round more
 ROUNDED_W, MOST_ROUNDS, MOST_HALVINGS = 1e-18, 30, 12  # where no round comes nearer
 
 
 class Trial(NamedTuple):
-    """Velocities ``(k,)``, what is missing to balance ``(k,)``, its slope without the points
-    ``(k, k)``, J ``(n, 3, k)``, the points, and the poses that the velocities lead to.
+    """Velocities ``(k,)``, what is missing to balance ``(k,)``, its slope ``(k, k)`` where it is
+    asked for, the points, and the poses that the velocities lead to.
     """
 
     x: Array
     missing: Array
-    slope: Array
-    by: Array
+    slope: Callable[[], Array]
     after: Pressed
     poses: Any
 
 
 def balanced(
     tried: Callable[[Array, Array | None], Trial], start: Array, resists: Array, wanted: Array,
-    friction: Array, h: float,
+    friction: Array,
 ) -> Trial:  # fmt: skip
     """Return the trial that balances, from ``tried(x, bound)``; ``resists`` is a ``(k,)``, mu
     ``(n,)``. RuntimeError where none was found.
@@ -55,9 +54,7 @@ def balanced(
         if number == MOST_ROUNDS:
             bound = friction * trial.after.pressing
             trial = tried(trial.x, bound)
-        rows = trial.by.reshape(-1, len(trial.x))
-        slope = trial.slope + h * rows.T @ (trial.after.slope @ trial.by).reshape(rows.shape)
-        change = np.linalg.solve(slope, trial.missing)
+        change = np.linalg.solve(trial.slope(), trial.missing)
         near = size(trial) <= NEAR**2 * whole
         for part in (1.0,) if near else (*0.5 ** np.arange(MOST_HALVINGS), 1.0):
             then = tried(trial.x - part * change, bound)
