@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmwvc_core.frame import STALE_NS
-from pmwvc_core.quaternions import UNIT, turn_between, unit
+from pmwvc_core.quaternions import UNIT, of_matrix, turn_between, unit
 
 
 class Turn:
@@ -20,10 +20,8 @@ class Turn:
     def add(self, turned: Sequence[float], at_ns: int = 0) -> bool:
         """Take a unit quaternion x y z w, or a matrix by rows; tell whether it was one."""
         if len(turned) == 9:
-            from scipy.spatial.transform import Rotation  # takes long; few devices need it
-
             m = np.reshape(turned, (3, 3))
-            turned = Rotation.from_matrix(m).as_quat() if abs(np.linalg.det(m) - 1) < UNIT else ()
+            turned = of_matrix(m) if abs(np.linalg.det(m) - 1) < UNIT else ()
         q, before, span_ns = unit(turned, self.orientation), self.orientation, at_ns - self._at_ns
         if q and before:
             by = self.lever_m * np.array(turn_between(before, q))
