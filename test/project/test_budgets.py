@@ -42,7 +42,7 @@ ROOMS = {
     ),
     "laws": Room(5_952, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_365,
+        3_363,
         2_500,
         inside(
             "pmwvc_core",
@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_639, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_961,
+        3_813,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -83,9 +83,9 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_120, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_102, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(3_115, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_249,
         1_250,
