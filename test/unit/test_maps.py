@@ -139,17 +139,6 @@ def test_stability_without_a_limit_is_null_in_json_and_stated_in_words(pmwvc):
     assert "stable at every contact stiffness up to 1,000,000 N/m" in pmwvc(*words).stdout
 
 
-def test_the_z_width_is_that_of_each_damping_and_only_of_a_linear_scenario(pmwvc):
-    wall = ("stability", "wall_slow", "--set", "server.decoding=late", "--json")
-    plain = (*wall, "--set", "server.compensation=none")
-    alone = pmwvc(*plain, "--set", "server.contact_damping=5")
-    found = pmwvc(*plain, "--damping", "5,20")
-    less, more = json.loads(found.stdout)["z_width"]
-    assert less["k_max"] == json.loads(alone.stdout)["k_max"] > 0.0
-    assert more["k_max"] != less["k_max"]
-    assert "is not linear" in refused(pmwvc(*wall, "--damping", "5"))
-
-
 DELAYS = "link.delay_s=0:0.01:2"
 
 
@@ -159,7 +148,6 @@ DELAYS = "link.delay_s=0:0.01:2"
         (("stability", "carry_16ns"), "did you mean carry_16ms"),
         (("stability", "carry_16ms", "--set", "device.friction=0.1"), "use 'pmwvc simulate'"),
         (("stability", "carry_16ms", "--set", "device.encoder_step_m=1e-5"), "is not linear"),
-        (("stability", "carry_16ms", "--bound", "-3"), "--bound"),
         (
             ("stability", "carry_16ms", "--set", "user1.master.rate_drop=997",
              "--set", "user2.master.rate_drop=991"),

@@ -16,16 +16,14 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.words import count
 
 
-def answer(
-    scenario: Scenario, *, live: bool = False, bound: float = stability.BOUND
-) -> dict[str, Any]:
+def answer(scenario: Scenario, *, live: bool = False) -> dict[str, Any]:
     """Return the answer of the exact model for a scenario: ``spectral_radius`` per hyperperiod of
     ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m] (None: nothing up to ``k_max_bound`` is
     unstable, unless ``k_max_unknown`` says why) and stable ``islands`` above, ``states`` with the
     ``rigid_body_modes`` taken out, ``slowest`` (``frequency_hz``, None where it is not clear, and
     growth ``per_second`` of the largest eigenvalue), ``notes``.
     """
-    limit = stability.k_max(scenario, live=live, bound=bound)
+    limit = stability.k_max(scenario, live=live)
     model = stability.model_of(scenario, live=live)
     largest = model.largest()
     radius = abs(largest)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stability from the exact model: spectral radius, largest stiffness, Z-width.
+"""Stability from the exact model: spectral radius and largest stiffness.
 
 The largest stiffness is the first crossing: everything below it is stable. Where it becomes stable
 again above, these islands are reported, too.
@@ -9,7 +9,7 @@ A question may cost some 4 s on one core, counted from sizes alone (ticks, state
 is done: so an answer never depends on how busy a machine is. What costs more is "not known".
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +21,6 @@ from pmwvc_analysis.models.loop import loop_of
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
@@ -140,11 +139,3 @@ def crossings(
             low, high = ends[step], ends[step + 1]
         found.append((0.5 * (low + high), not begins))
     return found
-
-
-def z_width(
-    scenario: Scenario, damping: Sequence[float], *, live: bool = False, bound: float = BOUND
-) -> list[StabilityLimit]:
-    """Return the largest stiffness for each contact damping [N s/m] that can be rendered."""
-    walls = (varied(scenario, "server.contact_damping", b) for b in damping)
-    return [k_max(wall, live=live, bound=bound) for wall in walls]

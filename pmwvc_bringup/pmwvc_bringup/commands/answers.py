@@ -3,40 +3,14 @@
 """Commands that answer from the exact model, before any session."""
 
 import argparse
-import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing
 from pmwvc_core.errors import PmwvcError
 
-if TYPE_CHECKING:
-    from pmwvc_core.scenario.scenario import Scenario
 
-
-HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
-MOST_STIFF = "largest contact stiffness to search, in N/m (default: 1e6)"
-DAMPINGS = "contact dampings in N s/m: the largest stiffness for each (Z-width)"
-
-
-def _numbers(text: str) -> list[float]:
-    """Return the dampings of an option."""
-    try:
-        found = [float(each) for each in text.split(",")]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text}: numbers joined by commas, as 0,5,10") from None
-    if any(not 0.0 <= each < math.inf for each in found):
-        raise argparse.ArgumentTypeError(f"{text}: contact damping is >= 0 N s/m")
-    return found
-
-
-@cli.command(
-    *cli.MODEL,
-    cli.argument("--bound", MOST_STIFF, type=float, default=1e6, metavar="K"),
-    cli.argument("--damping", DAMPINGS, type=_numbers, metavar="B,..."),
-    cli.JSON,
-)
+@cli.command(*cli.MODEL, cli.JSON)
 def stability(arguments: argparse.Namespace) -> cli.Result:
     """Compute stability and the largest stable contact stiffness from the exact model.
 
@@ -44,12 +18,8 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
       pmwvc stability carry_16ms
       pmwvc stability carry_16ms --set server.coupling=one_frame_late --set link.delay_s=0.024
       pmwvc stability my_scenario.yaml --users 3 --json
-      pmwvc stability wall --damping 0,5,10
 
     Exact with hands off and all contacts touching.
-
-    --damping gives the Z-width: the largest stable contact stiffness for each contact damping.
-    Keys of its --json: scenario, z_width (damping, k_max, k_max_unknown).
 
     Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
     k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
@@ -57,32 +27,11 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.models.answer import answer, sentences
-    from pmwvc_analysis.models.stability import LOWEST
 
-    bound = arguments.bound
-    if not LOWEST < bound <= HIGHEST:
-        raise PmwvcError(f"--bound {bound:g}: must be > {LOWEST:g} and <= 1e12 N/m")
-    if arguments.damping is not None:
-        return _z_width(scenario, arguments, bound)
     with doing("computing the stability"):
-        found = answer(scenario, live=arguments.live, bound=bound)
+        found = answer(scenario, live=arguments.live)
     print(*sentences(found), sep="\n")
     return cli.Result(document=found)
-
-
-def _z_width(scenario: "Scenario", arguments: argparse.Namespace, bound: float) -> cli.Result:
-    """Print the largest stable contact stiffness for each contact damping."""
-    from pmwvc_analysis.models.stability import z_width
-
-    dampings = arguments.damping
-    with doing("computing the Z-width"):
-        limits = z_width(scenario, dampings, live=arguments.live, bound=bound)
-    print(f"{scenario.name}: Z-width")
-    rows = []
-    for b, limit in zip(dampings, limits, strict=True):
-        rows.append({"damping": b, "k_max": limit.first, "k_max_unknown": limit.unknown})
-        print(f"  B = {b:g} N s/m: {limit.text}")
-    return cli.Result(document={"scenario": scenario.name, "z_width": rows})
 
 
 @cli.command(
