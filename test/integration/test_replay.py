@@ -126,14 +126,6 @@ def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_p
     assert finish(tmp_path / "stiffer", figures=False)["source"] == "replayed"  # judged anew
 
 
-def test_live_sessions_are_compared_side_by_side(compared):
-    document, folders = compared
-    assert [session["source"] for session in document["sessions"]] == ["live", "live"]
-    near, far = (session["coherency_rms_m"] for session in document["sessions"])
-    assert near < far
-    assert [session.summary()["source"] for session in folders] == ["live", "live"]
-
-
 def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tmp_path):
     """The test is the pointer: it drags user1's handle, and makes the contact stiffer."""
     folder, settings = tmp_path / "session", ("user1.operator.kind=remote", "task.kind=hold")

@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_639, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_813,
+        3_681,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -85,7 +85,7 @@ ROOMS = {
     "figures and reports": Room(
         2_102, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_115, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_989, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_249,
         1_250,

@@ -11,15 +11,13 @@ does not contradict it. Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction
 Equations: docs/theory.md 4.9.
 """
 
+import contextlib
 import functools
-import math
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.answer import Exact, exact
 from pmwvc_analysis.models.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models.linear import Relative, left_out, relative
-from pmwvc_analysis.models.linearize import stable
-from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_mass, rendered_stiffness
@@ -31,14 +29,6 @@ from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.impedance import smallest
 
 ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
-
-
-class Exact(NamedTuple):
-    """Stability by the exact model."""
-
-    spectral_radius: float
-    stable: bool
-    limit: stability.StabilityLimit
 
 
 class StabilityAnswer(NamedTuple):
@@ -71,32 +61,23 @@ class StabilityAnswer(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def exact(scenario: Scenario, *, live: bool) -> Exact | str:
-    """Return stability by the exact model, or why there is no answer."""
-    try:
-        radius = float(stability.radii(scenario, live=live)[0])
-        limit = stability.k_max(scenario, live=live)
-    except PmwvcError as error:
-        return str(error)
-    return Exact(radius, stable(radius), limit)
-
-
-@functools.lru_cache(maxsize=64)
 def answer(scenario: Scenario, *, live: bool) -> StabilityAnswer:
     """Return everything known about the stability of a scenario."""
     near = relative(scenario)
-    found = exact(near.scenario if near else scenario, live=live)
-    model, unknown = (None, found) if isinstance(found, str) else (found, "")
+    model, unknown = None, ""
+    try:
+        model = exact(near.scenario if near else scenario, live=live)
+    except PmwvcError as error:
+        unknown = str(error)
     proof = any_delay(scenario, live=live)
     return StabilityAnswer(near, model, unknown, proof, environment.limited(scenario))
 
 
 def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
     """Return the growth of the slowest motion [1/s], negative: decay; None without a model."""
-    found = exact(scenario, live=live)
-    if isinstance(found, str) or found.spectral_radius <= 0.0:
-        return None
-    return math.log(found.spectral_radius) / (hyperperiod_ticks(scenario) * scenario.tick_s)
+    with contextlib.suppress(PmwvcError):
+        return exact(scenario, live=live).growth_per_s
+    return None
 
 
 def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:

@@ -27,7 +27,6 @@ VALUES: Any = {"action": "append", "default": [], "metavar": "NAME=A,B,..."}
     cli.argument("--controllers", "the same as --over controller=A,B,...", metavar="A,B,..."),
     cli.DURATION.but("length of each session in s"),
     cli.SET.but("change a parameter of all; may be repeated"),
-    cli.LIVE.but("real nodes instead of virtual time"),
     cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
     cli.NO_FIGURES, cli.COMPARISON,
 )  # fmt: skip
@@ -39,13 +38,12 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
                                --over link.delay_s=0,0.016,0.024
       pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
       pmwvc compare wall_slow --over server.compensation=printed,corrected,ledger
-      pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
+      pmwvc compare stiff_24ms --over master.impedance=15,25,40 --out /tmp/impedances
 
-    Every combination of the values runs with the same hands and the same fate of every packet (one
-    seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
-    tdpa and pspm are tuned by search for each combination, unless baseline.NAME.* is set: 120
-    settings are simulated for up to 20 s, which takes about 5 s of computing with two users; the
-    best are kept.
+    Every combination of the values runs in virtual time with the same hands and the same fate of
+    every packet (one seed). virtual_coupling, tdpa and pspm are tuned by search for each
+    combination, unless baseline.NAME.* is set: 120 settings are simulated for up to 20 s, which
+    takes about 5 s of computing with two users; the best are kept.
     """
     from pmwvc_bringup import comparison as report
     from pmwvc_bringup.session.surroundings import check, new_folder
@@ -59,15 +57,11 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     name = chosen[0].scenario.name
     folder = new_folder(f"{name}-compare", arguments.out)
     console, figures = terminal(), arguments.figures
-    how = "live" if arguments.live else "simulated"
-    console.print(f"{name}: {count(len(chosen), 'session')}, {how}")
+    console.print(f"{name}: {count(len(chosen), 'session')}, simulated")
     with doing("searching the best parameters of controllers without waves") as work:
         chosen = report.tuned(chosen, work)
-    if arguments.live:
-        entries = report.live(chosen, folder, console, figures=figures)
-    else:
-        with doing("running") as work:
-            entries = report.simulated(chosen, folder, work)
+    with doing("running") as work:
+        entries = report.simulated(chosen, folder, work)
     return report.report(folder, f"Comparison of {name}", entries, console, figures=figures)
 
 
