@@ -5,7 +5,6 @@
 """
 
 import argparse
-import math
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,8 +65,6 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
 
 
 MISSES = "does NOT reproduce the recording"
-KNOWN_S = 0.02  # after the first difference: a block is noted at its end
-MOST = 3  # causes named
 HAND = (
     "the scenario's hand, which reacts, or the recorded force (default: operator where the device "
     "was simulated)"
@@ -144,7 +141,6 @@ def _reported(
         "differences": [{**user, "hand": hands[user["name"]]} for user in result.differences],
         "tolerance": {"force_n": FORCE_N, "position_m": POSITION_M},
         "exact": exact(result.differences) if not changes else None, "reproduced": same,
-        "limits": [limit._asdict() for limit in result.limits],
         "times_real_time": times_real_time, "notes": result.prescribed.notes,
     }  # fmt: skip
     title = f"Replay of {result.recorded_scenario.name}"
@@ -177,20 +173,12 @@ def lead(result: "Replay", same: bool | None) -> str:
 
 
 def _since(result: "Replay") -> str:
-    """Return from which tick on a replay is not the recording, and why."""
+    """Return from which tick on a replay is not the recording."""
     apart = [user for user in result.differences if user["first_s"] is not None]
     missing = [user for user in result.differences if user["missing"]]
     if apart:
         first = min(apart, key=lambda user: user["first_s"])
-        at_s = first["first_s"]
-        signals = ", ".join(first["first_signals"])
-        text = f", from tick {first['first_tick']} of {first['name']} on ({at_s:.3f} s; {signals})"
-    elif missing:
-        ticks = " and ".join(f"{user['missing']} ticks of {user['name']}" for user in missing)
-        text, at_s = f"; {ticks} cannot be compared", math.inf
-    else:
-        return ""
-    causes = [limit for limit in result.limits if limit.time_s <= at_s + KNOWN_S]
-    whys = "; ".join(f"{each.why} ({each.time_s:.3f} s)" for each in causes[:MOST])
-    more = f"; and {len(causes) - MOST} more" if len(causes) > MOST else ""
-    return f"{text}. {'Why: ' + whys + more if causes else 'The recording gives no reason'}"
+        at = f"{first['first_s']:.3f} s; {', '.join(first['first_signals'])}"
+        return f", from tick {first['first_tick']} of {first['name']} on ({at})"
+    ticks = " and ".join(f"{user['missing']} ticks of {user['name']}" for user in missing)
+    return f"; {ticks} cannot be compared" if missing else ""
