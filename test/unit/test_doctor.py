@@ -10,11 +10,11 @@ import pytest
 from support import handmade
 from support import plain as files
 
-from pmwvc_analysis.doctor import NOTE, PROBLEM, WARNING, check_recording, exit_code
+from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.traces.consistency import inconsistencies
-from pmwvc_bringup import machine, scenarios
+from pmwvc_bringup import machine
 from pmwvc_core.simulation.session import simulate_one
 
 
@@ -138,14 +138,3 @@ def test_elsewhere_than_on_linux_only_what_works_there_is_checked(monkeypatch):
     assert list(found) == ["python", "system", "disk"]
     assert found["system"].status == machine.OK
     assert "live sessions need Linux" in found["system"].text
-
-
-def test_what_a_port_behind_counts_may_give_out_is_noted(tmp_path):
-    settings = ["device.encoder_step_m=1e-4", "device.velocity=euler"]
-    scenario = scenarios.load("carry_16ms", settings_texts=settings, duration_s=0.2)
-    record_traces(tmp_path, simulate_one(scenario), scenario)
-    found = [each for each in check_recording(tmp_path) if each.check == "encoder"]
-    assert [each.status for each in found] == [NOTE, NOTE]
-    assert "user1: velocities are differences of counts of 100 um" in found[0].text
-    assert "at most 0.1 b q^2/h = 0.025 mJ" in found[0].text
-    assert exit_code(found) == 0

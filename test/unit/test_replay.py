@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PointStamped, PoseStamped
+from geometry_msgs.msg import PoseStamped
 from rclpy.serialization import serialize_message
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Bool
@@ -65,18 +65,16 @@ def message(at_s, topic, kind, content):
     return RawMessage(topic, kind, at_ns, at_ns, serialize_message(content))
 
 
-def target(at_s, x, *, user="user1", frame="world", turn=None):
-    """A pose turned by ``turn`` [rad]; without one a point, as recordings had it."""
-    kind = schemas.POINT if turn is None else schemas.POSE
-    target = PointStamped() if turn is None else PoseStamped()
-    point = target.point if turn is None else target.pose.position
+def target(at_s, x, *, user="user1", frame="world", turn=(0.0, 0.0, 0.0)):
+    """A pose turned by ``turn`` [rad]."""
+    target = PoseStamped()
     target.header.frame_id = frame
+    point = target.pose.position
     point.x, point.y, point.z = x, 2.0 * x, 3.0 * x
-    if turn is not None:
-        q = Rotation.from_rotvec(turn).as_quat().tolist()
-        for name, each in zip("xyzw", q, strict=True):
-            setattr(target.pose.orientation, name, each)
-    return message(at_s, f"/lab/{user}/hand/target", kind, target)
+    q = Rotation.from_rotvec(turn).as_quat().tolist()
+    for name, each in zip("xyzw", q, strict=True):
+        setattr(target.pose.orientation, name, each)
+    return message(at_s, f"/lab/{user}/hand/target", schemas.POSE, target)
 
 
 def held(at_s, value):
@@ -102,7 +100,7 @@ def test_targets_are_read_as_the_master_took_them():
     np.testing.assert_allclose(found["user1"].position, [*expected, [0.04, 0.08, 0.12]])
 
     assert all(map(is_of_hand, messages))
-    assert not is_of_hand(message(0.0, "/lab/goal", schemas.POINT, PointStamped()))
+    assert not is_of_hand(message(0.0, "/lab/goal", schemas.POSE, PoseStamped()))
     assert not is_of_hand(message(0.0, "/hand/target", schemas.FLAG, Bool()))
 
 

@@ -19,14 +19,11 @@ from pmwvc_analysis.models.answer import Exact, exact
 from pmwvc_analysis.models.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models.linear import Relative, left_out, relative
 from pmwvc_analysis.prediction import environment
-from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_mass, rendered_stiffness
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.couplings import COMPENSATIONS, least_impedance
 from pmwvc_core.wave import aliasing
-from pmwvc_core.wave.impedance import smallest
 
 ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
 
@@ -120,17 +117,3 @@ def aliasing_gain(user: User) -> float:
     return float(
         aliasing.worst_case_gain(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     )
-
-
-def one_step_bound(user: User, scenario: Scenario) -> bool | None:
-    """Tell whether K T_VE + 2B <= b holds, None where it does not apply: late decoding by backward
-    Euler, of a black box only that of a wall whose waves are not treated.
-    """
-    server, environment = scenario.server, scenario.environment
-    treated = COMPENSATIONS.of(server.compensation)
-    held = environment.spring and treated.linear == treated.name
-    if scenario.coupling.black_box and not held:
-        return None
-    if not decodes_late(scenario) or server.integrator != "backward_euler":
-        return None
-    return least_impedance(server, user.contact) <= smallest(user.server_impedance)

@@ -50,8 +50,7 @@ def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     if not lag.lag_decides(user, scenario):
         command = "use 'pmwvc transparency'"
         return [f"{head}; it alone does not decide the rendered stiffness: {command}."]
-    limit = environment.rule(user, scenario)
-    if limit is not None and not limit.met:
+    if environment.limited(scenario):
         return [f"{head}; the rendered stiffness is not known."]
     found = [f"{head}; {link_words(user, scenario, live=live)}."]
     tau = lag.lag_s(user, scenario, live=live)

@@ -47,11 +47,6 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     else:
         found.append(scenario.coupling.words)
     found += _no_effect_lines(scenario) if scenario.strict else _aliasing_lines(scenario)
-    found += [
-        f"{user.name}: K T + 2B > b: late decoding may generate energy."
-        for user in users
-        if prediction.one_step_bound(user, scenario) is False
-    ]
     found += environment.lines(scenario)
     found += [STRICT] if scenario.strict else _delay_lines(known)
     return found + _storage_lines(scenario) + encoder_lines(scenario)

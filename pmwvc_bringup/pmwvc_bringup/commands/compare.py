@@ -23,7 +23,6 @@ VALUES: Any = {"action": "append", "default": [], "metavar": "NAME=A,B,..."}
 
 @cli.command(
     cli.SCENARIO, cli.USERS, cli.argument("--over", EACH, **VALUES),
-    cli.argument("--controllers", "the same as --over controller=A,B,...", metavar="A,B,..."),
     cli.DURATION.but("length of each session in s"),
     cli.SET.but("change a parameter of all; may be repeated"),
     cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
@@ -35,7 +34,7 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
                                --over link.delay_s=0,0.016,0.024
-      pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
+      pmwvc compare carry_16ms --over controller=pmwvc,direct --duration 8
       pmwvc compare wall_slow --over server.compensation=printed,corrected,ledger
       pmwvc compare stiff_24ms --over master.impedance=15,25,40 --out /tmp/impedances
 
@@ -47,10 +46,13 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup import comparison as report
     from pmwvc_bringup.session.surroundings import check, new_folder
 
-    source, over = arguments.scenario, [*arguments.over]
-    over += [f"controller={arguments.controllers}"] if arguments.controllers else []
-    limits = {"users": arguments.users, "duration_s": arguments.duration}
-    chosen = report.combinations(source, over, settings_texts=arguments.settings, **limits)
+    chosen = report.combinations(
+        arguments.scenario,
+        arguments.over,
+        settings_texts=arguments.settings,
+        users=arguments.users,
+        duration_s=arguments.duration,
+    )
     for one in chosen:
         check(one.scenario)
     name = chosen[0].scenario.name

@@ -23,7 +23,6 @@ AXIS: Any = {"required": True, "metavar": "NAME=A:B:N"}
     cli.argument("--x", "parameter along x", **AXIS),
     cli.argument("--y", "parameter along y", **AXIS),
     cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-map)"),
-    cli.argument("--workers", "processes (default: all cores)", type=int, metavar="N"),
     cli.argument("--dask", "compute on a Dask cluster", metavar="ADDRESS"),
     cli.JSON.but("print map.json on stdout only"),
 )
@@ -44,9 +43,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_analysis.models.linearize import stable
     from pmwvc_bringup.session.surroundings import new_folder
 
-    workers, dask, console = arguments.workers, arguments.dask, terminal()
-    if workers is not None and workers < 1:
-        raise PmwvcError(f"--workers {workers}: must be >= 1")
+    console = terminal()
     x, y = axis_of(scenario, arguments.x, "--x: "), axis_of(scenario, arguments.y, "--y: ")
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
@@ -60,7 +57,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
             finished += len(points)
             work(min(finished / size, 1.0))
 
-        radius = compute(grid, workers=workers, dask=dask, done=done)
+        radius = compute(grid, dask=arguments.dask, done=done)
     with doing("drawing the map"):
         paths = write_data(folder, grid, radius)
         paths += stability_map(folder, grid, radius)
