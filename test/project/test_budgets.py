@@ -85,7 +85,7 @@ ROOMS = {
     "figures and reports": Room(
         2_102, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_976, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_913, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_249,
         1_250,

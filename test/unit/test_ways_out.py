@@ -53,11 +53,11 @@ def test_of_equally_near_names_the_first_known_one_is_meant():
 
 
 def test_one_name_given_twice_is_a_mistake(capfd):
-    words = ["links", "wall", "--set", "link.loss=0.1", "--set"]
-    with pytest.raises(SystemExit):
-        cli.main([*words, "link.loss=0.2"])
-    assert "--set link.loss=0.2: link.loss is given twice" in capfd.readouterr().err
-    assert cli.main([*words, "link.up.loss=0.2"]) == 0
+    words = ["stability", "wall", "--set", "server.contact_stiffness=100", "--set"]
+    assert cli.main([*words, "server.contact_stiffness=200"]) == 2
+    wrong = "--set server.contact_stiffness=200: server.contact_stiffness is given twice"
+    assert wrong in capfd.readouterr().err
+    assert cli.main([*words, "user1.server.contact_stiffness=200"]) == 0
 
 
 @pytest.mark.parametrize(
