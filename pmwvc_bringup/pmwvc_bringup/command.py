@@ -81,7 +81,7 @@ OUT = argument("--out", **KEPT)
 USERS = argument("--users", "number of users, 1 to 8", type=int, metavar="N")
 DURATION = argument("--duration", "length of the session in s", type=float, metavar="S")
 COLLECTED: Any = {"dest": "settings", "action": "append", "default": [], "metavar": "NAME=VALUE"}
-SET = argument("--set", "change a parameter; may be repeated", **COLLECTED)
+SET = argument("--set", "change a parameter; may be repeated, the last counts", **COLLECTED)
 JSON = flag("--json", "print JSON on stdout and nothing else")
 SUMMARY = JSON.but("print summary.json on stdout and nothing else")
 COMPARISON = JSON.but("print comparison.json on stdout and nothing else")

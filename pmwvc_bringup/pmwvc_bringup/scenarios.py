@@ -72,8 +72,6 @@ def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:
         if not equals or not name:
             problems.append(f"--set {text}: must be name=value, e.g. link.delay_s=0.016")
             continue
-        if name in values:
-            problems.append(f"--set {text}: {name} is given twice")
         try:
             values[name] = yaml.safe_load(value)
         except yaml.YAMLError as error:

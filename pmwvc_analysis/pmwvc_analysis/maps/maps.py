@@ -24,7 +24,7 @@ from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.names import spec_of, varied
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 Points = tuple[int, ...]  # of a map, counted row by row
@@ -37,11 +37,6 @@ class MapAxis:
 
     name: str
     values: tuple[float, ...]
-
-    def words(self, value: float) -> str:
-        """Return the parameter with a value, in words."""
-        unit = spec_of(self.name).unit
-        return f"{self.name} = {value:.4g}{'' if unit in ('', '-') else f' {unit}'}"
 
 
 @dataclass(frozen=True)
@@ -127,25 +122,6 @@ def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
         found = index < len(row)
         limits.append(float(np.interp(1.0, row[around], grid.x.values[around])) if found else None)
     return limits
-
-
-def boundary_words(grid: Grid, radius: Array) -> str:
-    """Return where the boundary is, by the first and last rows and the extremes."""
-    flags = stable(radius)
-    if flags.all():
-        return "stable everywhere on the map"
-    if not flags.any():
-        return "unstable everywhere on the map"
-    limits = boundary_of(grid, radius)
-    size = [np.inf if limit is None else limit for limit in limits]
-    words = []
-    for row in sorted({0, len(limits) - 1, int(np.argmin(size)), int(np.argmax(size))}):
-        limit = limits[row]
-        reach = "stable throughout" if limit is None else f"stable up to {grid.x.words(limit)}"
-        if not flags[row, 0]:
-            reach = "unstable from the first value on"
-        words.append(f"at {grid.y.words(grid.y.values[row])} {reach}")
-    return "boundary: " + "; ".join(words)
 
 
 def write_data(folder: Path, grid: Grid, radius: Array) -> list[Path]:

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from pmwvc_analysis.models.linear import nonlinear, outside
+from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_analysis.models.matrices import matrices, reduced
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import proofs_hold
@@ -160,7 +160,7 @@ def _ends(scenario: Scenario, *, live: bool) -> list[PacketEnd]:
     for end, _ in matrices([changed(scenario, users=tuple(users))], live):
         n = len(end.states)
         into, out = (
-            [n + at for at, signal in enumerate(signals) if signal.name == "wave"]
+            [n + at for at, (_, number) in enumerate(signals) if number < axes_of(scenario)]
             for signals in (end.came, end.sent)
         )
         waves = end.matrix[:, np.r_[:n, out]][:, :, np.r_[:n, into]]

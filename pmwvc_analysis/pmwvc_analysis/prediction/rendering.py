@@ -9,7 +9,7 @@ import math
 from pmwvc_analysis.prediction import environment, lag
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.impedance import MatrixImpedance, first_axis, largest, smallest
+from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
 
 
 def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
@@ -53,15 +53,8 @@ def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     if environment.limited(scenario):
         return [f"{head}; the rendered stiffness is not known."]
     found = [f"{head}; {link_words(user, scenario, live=live)}."]
-    tau = lag.lag_s(user, scenario, live=live)
-    if isinstance(user.impedance, MatrixImpedance) and tau > 0.0:
-        free = lag.lag_s(user, scenario, live=live, touching=False)
-        least, most = smallest(user.impedance), largest(user.impedance)
-        found.append(
-            f"{user.name}: this is for forces along axis 1; along the principal axes of the "
-            f"impedance matrix springs of {2 * least / tau:.0f} to {2 * most / tau:.0f} N/m and "
-            f"masses of {least * free / 2:.2f} to {most * free / 2:.2f} kg."
-        )
+    if isinstance(user.impedance, MatrixImpedance):
+        found.append(f"{user.name}: this is for forces along axis 1.")
     scale = math.sqrt(lag.transformer(user))
     if abs(scale - 1.0) > lag.RATIO_TOLERANCE:
         found.append(

@@ -39,7 +39,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.figures.model_charts import stability_map
-    from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, write_data
+    from pmwvc_analysis.maps.maps import Grid, compute, write_data
     from pmwvc_analysis.models.linearize import stable
     from pmwvc_bringup.session.surroundings import new_folder
 
@@ -62,7 +62,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
         paths = write_data(folder, grid, radius)
         paths += stability_map(folder, grid, radius)
     share = f"{size} points, {stable(radius).mean():.1%} of them stable"
-    for line in (share, boundary_words(grid, radius), *paths):
+    for line in (share, *paths):
         console.print(str(line), markup=False)
     return cli.Result(document=(folder / "map.json").read_text("utf-8"))
 
