@@ -91,7 +91,6 @@ def _losses(content: Content, traces: SessionTraces) -> list[Checked]:
             ]
         if not count["messages"] and not topic.endswith(QUIET):
             texts.append(f"{topic}: nothing recorded")
-    texts += [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]
     strange = (e for e in traces.events if e["who"] == "recorder" or e.get("kind") == "stranger")
     texts += [str(event["what"]) for event in strange]
     complete = "nothing is missing: the numbers of every publisher are complete"

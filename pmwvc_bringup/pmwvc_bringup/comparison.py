@@ -165,12 +165,4 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         cells = "  ".join(f"{number:>14}" for number in numbers)
         row = f"{session['label']:{width}}  {cells}  {verdict}"
         table.append(row + passivity[session["passive"]])
-    table.append(f"{'':{width}}  parameters")
-    for session in sessions:
-        texts = [
-            f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
-            for name, value in session["parameters"].items()
-        ]
-        tuning = f" ({session['tuning']})" if session["tuning"] else ""
-        table.append(f"{session['label']:{width}}  {', '.join(texts) or 'none'}{tuning}")
     return table

@@ -99,7 +99,7 @@ def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
         ("compare carry_0ms --over controller=pmwvc,drect", ["drect"]),
         ("compare carry_0ms --over controller=pmwvc --over controller=direct", ["is given twice"]),
         ("compare active_wall --over controller=pmwvc,tdpa", ["needs controller = pmwvc (tdpa"]),
-        ("replay nowhere", ["there is no such session folder"]),
+        ("replay nowhere", ["nowhere/scenario.yaml: there is no such file"]),
         ("replay .", ["holds no scenario.yaml"]),
         (
             "replay FIRST --set master.impedence=3 --set dof=9",

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.arrays import write_table
 from pmwvc_analysis.maps.workers import finished
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
@@ -80,11 +79,6 @@ def compute(
     :func:`.workers.finished` says; ``done`` is called with points as they are finished.
     PmwvcError for a value that a parameter may not have.
     """
-    for one, other in ((grid.x, grid.y), (grid.y, grid.x)):
-        for edge in {other.values[0], other.values[-1]}:
-            along = varied(grid.scenario, other.name, edge)
-            for value in one.values:
-                varied(along, one.name, value)  # before any time is spent
     radius, left = np.full(grid.shape, np.nan), grid.batches()
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
@@ -124,27 +118,22 @@ def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
     return limits
 
 
-def write_data(folder: Path, grid: Grid, radius: Array) -> list[Path]:
-    """Write CSV and JSON; return the files."""
-    folder.mkdir(parents=True, exist_ok=True)
+def write_data(folder: Path, grid: Grid, radius: Array) -> Path:
+    """Write ``map.json``; return the file."""
     x, y = grid.x, grid.y
-    flags, growth = stable(radius), growth_per_s(grid, radius)
-    at_y, at_x = (values.ravel() for values in np.meshgrid(y.values, x.values, indexing="ij"))
-    columns = {x.name: at_x, y.name: at_y, "spectral_radius": radius.ravel()}
-    columns |= {"stable": flags.ravel().astype(int), "growth_per_s": growth.ravel()}
-    table = write_table(folder / "map.csv", columns)
     content: dict[str, Any] = {
         "scenario": grid.scenario.name,
         "live": grid.live,
         "x": {"name": x.name, "values": x.values},
         "y": {"name": y.name, "values": y.values},
         "spectral_radius": radius.tolist(),
-        "growth_per_s": growth.tolist(),
-        "stable": flags.tolist(),
+        "growth_per_s": growth_per_s(grid, radius).tolist(),
+        "stable": stable(radius).tolist(),
         "boundary": boundary_of(grid, radius),
         "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }
+    folder.mkdir(parents=True, exist_ok=True)
     document = folder / "map.json"
     document.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
-    return [table, document]
+    return document

@@ -6,16 +6,13 @@ here.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_analysis.replay.times import tick_numbers
 from pmwvc_analysis.traces import sums
-from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -106,16 +103,6 @@ class Replay:
         answer_s = self.prescribed.conditions.schedule.answer_s
         answer = {ANSWER: str(round(answer_s / self.scenario.tick_s))}
         return {"replay": {**answer, **hands, **changed}}
-
-
-def scenario_of(folder: Path) -> Scenario:
-    """Return the scenario of a session folder; RecordingError where it has none."""
-    if not folder.is_dir():
-        raise RecordingError(f"{folder}: there is no such session folder")
-    if (scenario := read_scenario(folder)) is None:
-        need = "a replay needs the parameters of the session"
-        raise RecordingError(f"{folder} holds no scenario.yaml: {need}")
-    return scenario
 
 
 def replay(

@@ -14,7 +14,7 @@ from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.numeric import Array
 
 NAME = "transparency"
-CURVES = ("frequency_hz", "admittance", "impedance", "ideal_admittance")
+CURVES = ("frequency_hz", "admittance", "ideal_admittance")
 RENDERED = (  # what is known of it is told
     ("stiffness {:.4g} N/m", ("k_felt",)),
     ("damping {:.4g} N s/m", ("b_felt",)),

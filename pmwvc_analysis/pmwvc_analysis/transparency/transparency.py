@@ -70,11 +70,6 @@ class Transparency:
     notes: list[str]
     source: str = "model"  # or "measured", by simulated sessions: without curves
 
-    @property
-    def impedance(self) -> Complex:
-        """Force per velocity, (points,) [N s/m]."""
-        return np.asarray(1.0 / (2j * np.pi * self.frequency_hz * self.admittance))
-
 
 def transparency(
     scenario: Scenario,

@@ -42,10 +42,10 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
       pmwvc tune wall --set link.delay_s=0.03 --set server.contact_stiffness=500
       pmwvc tune carry_24ms --live --json
 
-    Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain),
-    rendered stiffness and mass beside the ideal, force noise by encoder steps
-    (device.encoder_step_m, or 10 um). Nonlinear elements are left out of the exact model and
-    named. Keys of --json: scenario, not_linear, bounds, best, others; see docs/tuning.md.
+    Criteria: margin (proved at any delay, spectral radius, aliasing gain), rendered stiffness and
+    mass beside the ideal, force noise by encoder steps (device.encoder_step_m, or 10 um).
+    Nonlinear elements are left out of the exact model and named. Keys of --json: scenario,
+    not_linear, bounds, best, others; see docs/tuning.md.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.tune import words

@@ -5,7 +5,6 @@
 """
 
 import argparse
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,33 +91,28 @@ def replay_(arguments: argparse.Namespace) -> cli.Result:
     """
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session
-    from pmwvc_analysis.replay.run import replay, scenario_of
+    from pmwvc_analysis.replay.run import replay
     from pmwvc_bringup.comparison import print_report
     from pmwvc_bringup.scenarios import load
     from pmwvc_bringup.session.surroundings import new_folder
 
     source = arguments.folder
-    scenario_of(source)  # refuses a folder without a scenario
     file = str(source / "scenario.yaml")
     recorded, replayed = load(file), load(file, settings_texts=arguments.settings)
     console, figures = terminal(), arguments.figures
     with doing("reading the recording") as work:
         traces = read_session(source)
         work.part("replaying")
-        begin = time.perf_counter()
         result = replay(traces, recorded, replayed, hand=arguments.hand, progress=work)
-        times_real_time = result.replayed.duration_s / (time.perf_counter() - begin)
     folder = new_folder(f"{recorded.name}-replay", arguments.out)
     with doing("writing the recording") as work:
         record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
         work.part("writing the report")
-        texts = _reported(result, source, folder, times_real_time, figures=figures)
+        texts = _reported(result, source, folder, figures=figures)
     return print_report(folder, texts, console, figures=figures)
 
 
-def _reported(
-    result: "Replay", source: Path, folder: Path, times_real_time: float, *, figures: bool
-) -> list[str]:
+def _reported(result: "Replay", source: Path, folder: Path, *, figures: bool) -> list[str]:
     """Write summary, reports and tables; return the lines for a terminal."""
     from pmwvc_analysis.compare.measures import Compared, measured
     from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, exact, reproduced
@@ -143,7 +137,7 @@ def _reported(
         "differences": [{**user, "hand": hands[user["name"]]} for user in result.differences],
         "tolerance": {"force_n": FORCE_N, "position_m": POSITION_M},
         "exact": exact(result.differences) if not changes else None, "reproduced": same,
-        "times_real_time": times_real_time, "notes": result.prescribed.notes,
+        "notes": result.prescribed.notes,
     }  # fmt: skip
     title = f"Replay of {result.recorded_scenario.name}"
     found = write(folder, title, [measured(recorded), measured(replayed)], about, figures=figures)
@@ -152,7 +146,7 @@ def _reported(
         for session in found["sessions"]
     ]
     notes = [f"  note: {note}" for note in found["notes"]]
-    return [found["lead"], *states, *notes, f"  {times_real_time:.0f} times real time"]
+    return [found["lead"], *states, *notes]
 
 
 def lead(result: "Replay", same: bool | None) -> str:

@@ -35,7 +35,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
       pmwvc map carry_16ms --x server.contact_stiffness=0:3000:60 --y link.delay_s=0:0.048:7
       pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg, .csv and .json.
+    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg and .json.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.figures.model_charts import stability_map
@@ -59,8 +59,7 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
 
         radius = compute(grid, dask=arguments.dask, done=done)
     with doing("drawing the map"):
-        paths = write_data(folder, grid, radius)
-        paths += stability_map(folder, grid, radius)
+        paths = [write_data(folder, grid, radius), *stability_map(folder, grid, radius)]
     share = f"{size} points, {stable(radius).mean():.1%} of them stable"
     for line in (share, *paths):
         console.print(str(line), markup=False)
