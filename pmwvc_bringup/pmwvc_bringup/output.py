@@ -61,10 +61,10 @@ class Doing:
 
 
 @contextlib.contextmanager
-def doing(text: str, console: "Console | None" = None) -> Iterator[Doing]:
-    """Show work while it lasts, on stderr by default, where that is a terminal."""
+def doing(text: str) -> Iterator[Doing]:
+    """Show work while it lasts, on stderr where that is a terminal."""
     from rich.progress import Progress
 
-    to = console or terminal(stderr=True)
+    to = terminal(stderr=True)
     with Progress(console=to, transient=True, disable=not to.is_interactive) as bar:
         yield Doing(bar, text)

@@ -30,8 +30,7 @@ ALLOWED = 4e9  # work of a question, about nanoseconds, as measured on one core 
 TICK = 4e4  # of one user in one tick, from one state
 STATES = 12  # of a user at either end, before they are counted
 EIGENVALUES = 10.0  # of a matrix, per n^3
-# Searches for the largest stiffness: evaluations, points a decade, relative precision and parts.
-SEARCHES = ((200, 10, 1e-6, 9), (80, 4, 1e-4, 5))
+EVALUATIONS, PER_DECADE = 200, 10  # of a search for the largest stiffness; points of its grid
 
 
 class UnknownError(PmwvcError, ValueError):
@@ -105,18 +104,15 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> St
         stiff = (with_stiffness(scenario, each) for each in stiffness)
         return np.asarray(stable(model_of(*stiff, live=live).radii()))
 
-    for evaluations, per_decade, within, parts in SEARCHES:
-        try:
-            model_of(with_stiffness(scenario, bound), live=live, evaluations=evaluations)
-        except UnknownError as error:
-            unknown = str(error)
-            continue
-        points = 1 + int(np.ceil(np.log10(bound / LOWEST) * per_decade))
-        changes = crossings(at, np.geomspace(LOWEST, bound, points), within=within, parts=parts)
-        values = [*(value for value, _ in changes), bound]
-        islands = list(zip(values[1::2], values[2::2], strict=False))
-        return StabilityLimit(values[0] if changes else None, bound, islands)
-    return StabilityLimit(None, bound, [], unknown)
+    try:
+        model_of(with_stiffness(scenario, bound), live=live, evaluations=EVALUATIONS)
+    except UnknownError as error:
+        return StabilityLimit(None, bound, [], str(error))
+    points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE))
+    changes = crossings(at, np.geomspace(LOWEST, bound, points))
+    values = [*(value for value, _ in changes), bound]
+    islands = list(zip(values[1::2], values[2::2], strict=False))
+    return StabilityLimit(values[0] if changes else None, bound, islands)
 
 
 def crossings(
