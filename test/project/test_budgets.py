@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_639, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_558,
+        3_546,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -78,14 +78,14 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_109,
+        3_089,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
         2_102, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_895, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_889, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_249,
         1_250,
@@ -104,7 +104,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_064, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(2_982, 3_000, ("pmwvc_view",)),
+    "page": Room(2_958, 3_000, ("pmwvc_view",)),
 }
 
 

@@ -73,16 +73,16 @@ def compute(
     *,
     workers: int | None = None,
     dask: str | None = None,
-    done: Callable[[Points], None] = lambda points: None,
+    progress: Callable[[float], None] = lambda ratio: None,
 ) -> Array:
     """Return the spectral radii of a map ``(rows, columns)``, computed as
-    :func:`.workers.finished` says; ``done`` is called with points as they are finished.
-    PmwvcError for a value that a parameter may not have.
+    :func:`.workers.finished` says; ``progress`` gets the ratio done, 0..1. PmwvcError for a value
+    that a parameter may not have.
     """
     radius, left = np.full(grid.shape, np.nan), grid.batches()
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
-        done(points)
+        progress(1.0 - float(np.isnan(radius).mean()))
     return radius
 
 
@@ -133,7 +133,6 @@ def write_data(folder: Path, grid: Grid, radius: Array) -> Path:
         "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }
-    folder.mkdir(parents=True, exist_ok=True)
     document = folder / "map.json"
     document.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
     return document

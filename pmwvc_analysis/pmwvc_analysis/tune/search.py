@@ -22,7 +22,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import behind_counts
-from pmwvc_analysis.models.linear import Element, nonlinear
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune import criteria
 from pmwvc_analysis.tune.criteria import Choice, Rating
@@ -45,14 +44,12 @@ Bounds = tuple[float, float]  # [N s/m]
 
 class Proposal(NamedTuple):
     """The proposed choice, and others by name: as given, stiffer, lighter, other filters and
-    holds; ``bounds`` are the impedances examined [N s/m], ``elements`` what no linear model
-    covers.
+    holds; ``bounds`` are the impedances examined [N s/m].
     """
 
     best: Rating
     others: dict[str, Rating]
     bounds: Bounds
-    elements: list[Element]
 
 
 def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
@@ -78,7 +75,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             best = criteria.judged(scenario, rows[key])
             if best.simulated == criteria.STABLE:
                 others = _others(scenario, best, rows, key, bounds, live=live)
-                return Proposal(best, others, bounds, nonlinear(scenario))
+                return Proposal(best, others, bounds)
             simulated = f" ('{best.simulated}' when simulated)"
         lower = ((key, one) for key, one in choices.items() if one.impedance > bounds[0])
         choices = {key: one.times(1.0 / STEP, bounds) for key, one in lower}

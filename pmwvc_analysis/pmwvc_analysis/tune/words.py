@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pmwvc_analysis.budget.criterion import behind_counts, bounded, passive_by_account
-from pmwvc_analysis.models.linear import left_out
+from pmwvc_analysis.models.linear import left_out, nonlinear
 from pmwvc_analysis.tune import criteria
 from pmwvc_analysis.tune.criteria import Rating
 from pmwvc_analysis.tune.search import Proposal
@@ -29,7 +29,7 @@ def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
     """Return the document of ``--json``."""
     return {
         "scenario": scenario.name,
-        "not_linear": [element.text for element in found.elements],
+        "not_linear": [element.text for element in nonlinear(scenario)],
         "bounds": list(found.bounds),
         "best": _plain(scenario, found.best),
         "others": {label: _plain(scenario, row) for label, row in found.others.items()},
@@ -47,9 +47,9 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     impedance = scenario.users[0].impedance
     matrix = impedance if isinstance(impedance, MatrixImpedance) else None
     lines = [f"{scenario.name}: what each choice renders to the first user"]
-    if found.elements:
-        elements = ", ".join(dict.fromkeys(element.text for element in found.elements))
-        instead = ", ".join(dict.fromkeys(element.setting for element in found.elements))
+    if left := nonlinear(scenario):
+        elements = ", ".join(dict.fromkeys(element.text for element in left))
+        instead = ", ".join(dict.fromkeys(element.setting for element in left))
         lines.append(f"  not linear: {elements}; stiffness and mass computed with {instead}")
     if effects := left_out(scenario):
         lines.append(f"  left out of stability: {'; '.join(effects)}")

@@ -10,7 +10,7 @@ from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
-    from pmwvc_analysis.maps.maps import MapAxis, Points
+    from pmwvc_analysis.maps.maps import MapAxis
     from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -49,18 +49,11 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
     folder = new_folder(f"{scenario.name}-map", arguments.out)
-    finished, size = 0, len(x.values) * len(y.values)
     with doing("computing the map") as work:
-
-        def done(points: "Points") -> None:
-            nonlocal finished
-            finished += len(points)
-            work(min(finished / size, 1.0))
-
-        radius = compute(grid, dask=arguments.dask, done=done)
+        radius = compute(grid, dask=arguments.dask, progress=work)
     with doing("drawing the map"):
         paths = [write_data(folder, grid, radius), *stability_map(folder, grid, radius)]
-    share = f"{size} points, {stable(radius).mean():.1%} of them stable"
+    share = f"{radius.size} points, {stable(radius).mean():.1%} of them stable"
     for line in (share, *paths):
         console.print(str(line), markup=False)
     return cli.Result(document=(folder / "map.json").read_text("utf-8"))
