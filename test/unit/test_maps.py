@@ -125,7 +125,7 @@ def test_stability_answers_with_documented_keys(pmwvc):
     assert found["stable"] is True and found["spectral_radius"] < 1.0
     assert found["k_max_bound"] == 1e6
     assert found["rigid_body_modes"] == 4
-    assert found["hyperframe_ticks"] == 8
+    assert found["hyperperiod_ticks"] == 8
     assert found["states"] == 20
     assert any("Grip" in note for note in found["notes"])
 

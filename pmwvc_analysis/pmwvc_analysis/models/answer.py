@@ -22,7 +22,7 @@ class Exact(NamedTuple):
     limit: StabilityLimit
     rigid_body_modes: int  # taken out of the states
     states: int
-    hyperframe_ticks: int
+    hyperperiod_ticks: int
 
     @property
     def stable(self) -> bool:
@@ -73,7 +73,7 @@ def sentences(scenario: Scenario, *, live: bool) -> list[str]:
     lines += [f"  stable again from {a:.1f} to {b:.1f} N/m" for a, b in found.limit.islands]
     lines.append(
         f"  model: {count(found.states, 'state')}, hyperperiod of "
-        f"{count(found.hyperframe_ticks, 'tick')}, "
+        f"{count(found.hyperperiod_ticks, 'tick')}, "
         f"{count(found.rigid_body_modes, 'rigid-body mode')} removed"
     )
     return lines + [f"  note: {note}" for note in notes_of(scenario)]

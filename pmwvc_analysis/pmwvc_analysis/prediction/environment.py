@@ -11,7 +11,7 @@ the learned slope, else (K T_VE <= b/2) 0. Where that does not hold the energy o
 come from somewhere: a compensation takes it from the returning waves, and the rendered wall
 yields. Until a slope is learned (the first steps of the first contact) the rule is that without G.
 
-Equations: docs/theory.md 5.4.
+Equations: docs/theory.md 4.9, 5.4.
 """
 
 from typing import NamedTuple

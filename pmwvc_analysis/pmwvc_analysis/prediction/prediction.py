@@ -7,8 +7,6 @@ Stability, spectral radius and the largest contact stiffness are those of the ex
 delay. A nonlinear scenario has no such model; then stability is predicted only by a proof for any
 constant delay (:mod:`pmwvc_analysis.models.any_delay`), and only if the nearest linear scenario
 does not contradict it. Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
-
-Equations: docs/theory.md 4.9.
 """
 
 import contextlib

@@ -21,7 +21,7 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
 
     Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
     k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
-    hyperframe_ticks, growth_per_s (negative: decays), notes.
+    hyperperiod_ticks, growth_per_s (negative: decays), notes.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.models.answer import answer, sentences
