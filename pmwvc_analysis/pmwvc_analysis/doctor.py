@@ -2,25 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The checks of a recording: the file is whole, nothing is missing, the physics agrees.
 
-Four kinds of findings: the file (records and checksums of the MCAP, metadata), what is missing
-(per topic and publisher), physics (numbers are finite, ports obey F = sqrt(b/2) (u - v), running
-sums agree with the signals they sum), and what coarse encoders may give out.
+Three kinds of findings: the file (records and checksums of the MCAP, metadata), what is missing
+(per topic and publisher), and physics (numbers are finite, ports obey F = sqrt(b/2) (u - v),
+running sums agree with the signals they sum).
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.reader import read_scenario, session_of
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.traces import SessionTraces
 
-OK, NOTE, WARNING, PROBLEM = "ok", "note", "warning", "problem"
+OK, WARNING, PROBLEM = "ok", "warning", "problem"
 # Topics that carry nothing where nothing was changed, no hand is remote, the ends are programs
 # that do not report what they received, and the environment says nothing of itself.
 QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception", "/server/scene")
@@ -28,8 +26,8 @@ QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception", "/serv
 
 @dataclass(frozen=True)
 class Checked:
-    """The result of one check. Of a recording a warning is a declared loss, a problem damage, a
-    note neither; of a machine a warning is that a session runs, less well.
+    """The result of one check. Of a recording a warning is a declared loss, a problem damage; of
+    a machine a warning is that a session runs, less well.
     """
 
     check: str
@@ -54,13 +52,10 @@ def check_recording(folder: str | Path) -> list[Checked]:
     try:
         traces = session_of(content, folder)
         findings += _losses(content, traces)
-        scenario = read_scenario(folder)
-        wrong = [Checked("physics", PROBLEM, each) for each in inconsistencies(traces, scenario)]
-        findings += wrong or [Checked("physics", OK, "ports, powers and running sums agree")]
-        if scenario is not None:  # what ports behind counts may give out is no fault
-            for user in (each for each in scenario.users if behind_counts(each, scenario)):
-                text = count_bound(user.master, user.device).text
-                findings.append(Checked("encoder", NOTE, f"{user.name}: {text}"))
+        wrong = inconsistencies(traces, read_scenario(folder))
+        findings += [Checked("physics", PROBLEM, each) for each in wrong]
+        if not wrong:
+            findings.append(Checked("physics", OK, "ports, powers and running sums agree"))
     except PmwvcError as error:
         findings.append(Checked("content", PROBLEM, str(error)))
     return findings
@@ -96,7 +91,6 @@ def _losses(content: Content, traces: SessionTraces) -> list[Checked]:
             ]
         if not count["messages"] and not topic.endswith(QUIET):
             texts.append(f"{topic}: nothing recorded")
-    texts += [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]
     strange = (e for e in traces.events if e["who"] == "recorder" or e.get("kind") == "stranger")
     texts += [str(event["what"]) for event in strange]
     complete = "nothing is missing: the numbers of every publisher are complete"

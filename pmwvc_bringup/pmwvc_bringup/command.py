@@ -63,24 +63,6 @@ def command(*arguments: Argument) -> Callable[[Callable[[argparse.Namespace], Re
     return made
 
 
-class _Once(argparse.Action):
-    """Collects NAME=VALUE texts; a name given twice is a mistake."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,
-    ) -> None:
-        """Add a text to those before."""
-        texts = [*getattr(namespace, self.dest), values]
-        *before, name = [text.partition("=")[0].strip() for text in texts]
-        if name in before:
-            parser.error(f"{option_string} {values}: {name} is given twice")
-        setattr(namespace, self.dest, texts)
-
-
 def path(text: str) -> Path:
     """Return the path that an argument is."""
     return Path(text).expanduser()
@@ -98,8 +80,8 @@ FOLDER = argument("folder", "a session folder", **KEPT)
 OUT = argument("--out", **KEPT)
 USERS = argument("--users", "number of users, 1 to 8", type=int, metavar="N")
 DURATION = argument("--duration", "length of the session in s", type=float, metavar="S")
-COLLECTED: Any = {"dest": "settings", "action": _Once, "default": [], "metavar": "NAME=VALUE"}
-SET = argument("--set", "change a parameter; may be repeated", **COLLECTED)
+COLLECTED: Any = {"dest": "settings", "action": "append", "default": [], "metavar": "NAME=VALUE"}
+SET = argument("--set", "change a parameter; may be repeated, the last counts", **COLLECTED)
 JSON = flag("--json", "print JSON on stdout and nothing else")
 SUMMARY = JSON.but("print summary.json on stdout and nothing else")
 COMPARISON = JSON.but("print comparison.json on stdout and nothing else")

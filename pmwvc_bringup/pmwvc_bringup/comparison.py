@@ -1,16 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The sessions of a comparison: every combination of the values of several parameters, simulated
-as one batch or run live one after the other; and the report of all of them: its files, and its
-table on the terminal.
+as one batch; and the report of all of them: its files, and its table on the terminal.
 """
 
 import itertools
 import math
 import re
-import subprocess
-import sys
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,9 +20,8 @@ from pmwvc_analysis.report.comparison import JSON, PAGE, write
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.command import Result
 from pmwvc_bringup.output import doing
-from pmwvc_core.errors import PmwvcError, ScenarioError
+from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import cell
 
 CONDITION = "Another task, hand, contact or delay may order these controllers differently."
@@ -132,38 +127,10 @@ def simulated(
         below = folder_of(number, one)
         record_traces(folder / below, each, one.scenario)
         write_summary(folder / below, summary(each, one.scenario))
-        entries.append(_entry(one, each, below))
+        found = Compared(one.label, one.settings, each, one.scenario, below, one.tuning)
+        entries.append(measured(found))
         show(0.5 + 0.5 * number / len(chosen))
     return entries
-
-
-def live(
-    chosen: Sequence[Combination], folder: Path, console: Console, *, figures: bool
-) -> list[Compared]:
-    """Run one session of nodes after the other, each by a runner of its own."""
-    from pmwvc_analysis.recording.reader import read_session
-
-    entries = []
-    for number, one in enumerate(chosen, start=1):
-        below = folder_of(number, one)
-        console.print(f"{number} of {len(chosen)}: {one.label}", markup=False)
-        with tempfile.TemporaryDirectory() as scratch:
-            file = Path(scratch, "scenario.yaml")
-            file.write_text(files.to_yaml(one.scenario), "utf-8")
-            words = ["-m", "pmwvc_bringup.cli", "run", str(file), "--out", str(folder / below)]
-            words += [] if figures else ["--no-figures"]
-            command = [sys.executable, *words]
-            code = subprocess.run(command, check=False, stdout=sys.stdout).returncode
-        if code == 130:
-            raise KeyboardInterrupt
-        if code:
-            raise PmwvcError(f"{one.label}: the session did not run (exit code {code}); see above")
-        entries.append(_entry(one, read_session(folder / below), below))
-    return entries
-
-
-def _entry(one: Combination, traces: SessionTraces, below: str) -> Compared:
-    return measured(Compared(one.label, one.settings, traces, one.scenario, below, one.tuning))
 
 
 def report(
@@ -198,12 +165,4 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         cells = "  ".join(f"{number:>14}" for number in numbers)
         row = f"{session['label']:{width}}  {cells}  {verdict}"
         table.append(row + passivity[session["passive"]])
-    table.append(f"{'':{width}}  parameters")
-    for session in sessions:
-        texts = [
-            f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
-            for name, value in session["parameters"].items()
-        ]
-        tuning = f" ({session['tuning']})" if session["tuning"] else ""
-        table.append(f"{session['label']:{width}}  {', '.join(texts) or 'none'}{tuning}")
     return table

@@ -7,17 +7,12 @@ document alone on stdout.
 import contextlib
 import json
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from pmwvc_core.errors import file_errors
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
-
-    from pmwvc_analysis.charts.chart import Chart
 
 
 @contextlib.contextmanager
@@ -36,20 +31,6 @@ def document(*, wanted: bool) -> Iterator[Callable[[object], None]]:
 
     with contextlib.redirect_stdout(sys.stderr) if wanted else contextlib.nullcontext():
         yield write
-
-
-def write_answer(
-    folder: Path, name: str, content: dict[str, Any], chart: "Chart", others: Sequence[Path] = ()
-) -> None:
-    """Write numbers and figure of an answer into a folder, and print the names of all files."""
-    from pmwvc_analysis.charts.chart_files import write
-    from pmwvc_analysis.session_files import write_summary
-
-    with file_errors(f"write into {folder}"):
-        folder.mkdir(parents=True, exist_ok=True)
-        paths = [*others, *write(chart, folder), folder / f"{name}.json"]
-        write_summary(folder, content, name=paths[-1].name)
-    print(f"written: {folder} ({', '.join(path.name for path in paths)})")
 
 
 def terminal(*, stderr: bool = False) -> "Console":
@@ -80,10 +61,10 @@ class Doing:
 
 
 @contextlib.contextmanager
-def doing(text: str, console: "Console | None" = None) -> Iterator[Doing]:
-    """Show work while it lasts, on stderr by default, where that is a terminal."""
+def doing(text: str) -> Iterator[Doing]:
+    """Show work while it lasts, on stderr where that is a terminal."""
     from rich.progress import Progress
 
-    to = console or terminal(stderr=True)
+    to = terminal(stderr=True)
     with Progress(console=to, transient=True, disable=not to.is_interactive) as bar:
         yield Doing(bar, text)

@@ -209,8 +209,8 @@ class ReceptionTraces:
 class SessionTraces:
     """Everything recorded of one session, ``live``, ``simulated`` or ``replayed``. ``events`` are
     findings: ``{"time_s": float | None, "what": str, "who": str}``; ``counts`` holds per topic
-    ``messages``, ``missing``, and ``not_relayed`` where packets never came to the emulated link;
-    ``settings`` are parameters that changed live: time [s], and values by scenario names.
+    ``messages`` and ``missing``; ``settings`` are parameters that changed live: time [s], and
+    values by scenario names.
     """
 
     source: str

@@ -20,7 +20,6 @@ PRESET = "link.preset"
 CONTROLLER, CHANNEL = "controller", "channel"
 IMPEDANCE = "master.impedance"
 AT_RESTART = (CONTROLLER, CHANNEL)  # changes with a new beginning only
-JITTER, JITTER_S, DELAY_S = "link.jitter", "link.jitter_s", "link.delay_s"
 
 
 class Control(NamedTuple):
@@ -35,9 +34,9 @@ class Control(NamedTuple):
 
 CONTROLS = (
     Control(PRESET, "network"),
-    Control(DELAY_S, "delay, each way", (0.0, 0.1)),
-    Control(JITTER_S, "jitter", (0.0, 0.02)),
-    Control(JITTER, "kind of jitter"),
+    Control("link.delay_s", "delay, each way", (0.0, 0.1)),
+    Control("link.jitter_s", "jitter", (0.0, 0.02)),
+    Control("link.jitter", "kind of jitter"),
     Control("link.loss", "loss", (0.0, 0.3)),
     Control("server.contact_stiffness", "contact stiffness K", (50.0, 3000.0)),
     Control("server.contact_damping", "contact damping B", (0.0, 50.0)),
@@ -65,9 +64,6 @@ def changed(scenario: Scenario, values: Settings) -> Scenario:
     for path in values:
         control_of(path)
     wanted: dict[str, Any] = dict(values)
-    if JITTER_S in wanted and JITTER not in wanted and wanted[JITTER_S]:
-        if all(user.link_up.jitter == "none" for user in scenario.users):
-            wanted[JITTER] = "uniform"  # a size alone would have no effect
     if IMPEDANCE in wanted:  # of both ends
         wanted["server.impedance"] = wanted[IMPEDANCE]
     names = [user.name for user in scenario.users]

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.traces.apart import apart, kept_text
+from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.felt import felt_words
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.ends.server_end import LEAST_M
@@ -55,7 +55,6 @@ class RecordedSession:
         self._period_s = snapshot_s
         self.packets = packets_of(traces, scenario)
         self.rows = self._made_rows()
-        self._apart = {user.name: apart(traces, user) for user in traces.users}
         self._write_lags(live=traces.live)
 
     def _made_rows(self) -> Array:
@@ -87,11 +86,11 @@ class RecordedSession:
             until_s = np.inf if all(same) else parts[same.index(False)].start_s
             known = self.rows[:, 1] < until_s
             self.rows[known, self.layout.slices[name]] = np.nan if value is None else value
-        for user, away in self._apart.items():
-            if away is not None:
+        for user in self._traces.users:
+            if (away := apart(self._traces, user)) is not None:
                 at = np.searchsorted(away.time_s, self.rows[:, 1] + 1e-9) - 1
                 kept = np.linalg.norm(away.kept[at], axis=-1) > LEAST_M
-                self.rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
+                self.rows[(at >= 0) & kept, self.layout.slices[f"{user.name}.lag"]] = np.nan
 
     def declared(self) -> dict[str, Any]:
         """Return the session message; it begins where every user's handle has a place."""
@@ -139,13 +138,8 @@ class RecordedSession:
             own = next(one for one in self._traces.users if one.name == user)
             at = np.searchsorted(own.block_time_s, time_s, side="right")
             reason = own.reason[max(int(at) - 1, 0)]
-        note, away = "", self._apart.get(user)
-        if away is not None:  # from the device since the user joined
-            at = int(np.searchsorted(away.time_s, time_s + 1e-9)) - 1
-            if at >= 0 and time_s - away.time_s[at] < 2.0 * self._scenario.server.period_s:
-                note = kept_text(away.kept[at], self._scenario)
         felt = next((felt_words(e) for e in self._summary["users"] if e["name"] == user), "")
-        return {"state": word, "reason": reason, "note": note, "felt": felt}
+        return {"state": word, "reason": reason, "note": "", "felt": felt}
 
 
 def packets_of(traces: SessionTraces, scenario: Scenario) -> Array:

@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Live sessions that several files read; none of them changes anything in the folder."""
 
-import json
 import signal
-import subprocess
 from contextlib import ExitStack
 
 import pytest
 from support.excuses import pytest_runtest_makereport, pytest_runtest_protocol  # noqa: F401
 from support.processes import ros
-from support.sessions import ROOT, Ended, Running, shared_memory_of, without_domain
+from support.sessions import Running, shared_memory_of
 
 CHANGES = [
     ("/user1/master", {"master.rate_drop": 20}),
@@ -71,23 +69,11 @@ def pair(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def compared(tmp_path_factory):
-    """Two live sessions over links of 4 and of 80 ms, compared: the document, the sessions."""
-    out = tmp_path_factory.mktemp("compared") / "both"
-    words = ("compare", "wall", "--over", "link.delay_s=0.004,0.08", "--duration", str(BOTH_S))
-    # what is given is not searched for
-    settings = ("controller=tdpa", "baseline.tdpa.damping=9", "task.grip_s=0.1")
-    chosen = [word for setting in settings for word in ("--set", setting)]
-    found = subprocess.run(
-        [ROOT / "pmwvc", *words, *chosen, "--live", "--no-figures", "--out", out, "--json"],
-        env=without_domain(),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert found.returncode == 0, found.stderr
-    document = json.loads(found.stdout)
-    sessions = [Ended(out / each["folder"], found.stderr) for each in document["sessions"]]
-    for session in sessions:
-        session.code, session.left = found.returncode, session.nodes()
-    return document, sessions
+def given_damping(tmp_path_factory):
+    """A session of a controller without waves whose parameter is given, over links of 4 ms."""
+    folder = tmp_path_factory.mktemp("tdpa") / "session"
+    settings = ("controller=tdpa", "baseline.tdpa.damping=9", "link.delay_s=0.004")
+    words = [word for setting in settings for word in ("--set", setting)]
+    with Running(folder, "wall", "--duration", BOTH_S, "--json", *words) as session:
+        session.code, session.left = session.end(), session.nodes()
+        yield session

@@ -3,7 +3,7 @@
 """Every controller in a short live session of real nodes: what it books arrives in the recording,
 its law holds there, and its parameters can be changed while it runs.
 
-Controllers without waves are looked at in sessions that run for two tests: at once, and compared.
+Two controllers without waves run at once.
 """
 
 import contextlib
@@ -158,7 +158,7 @@ def ended(request, tmp_path_factory):
             session.refused = change(session, case.changes) if case.changes else []
             session.code, session.left = session.end(), session.nodes()
         elif name == "tdpa":
-            session = request.getfixturevalue("compared")[-1][0]
+            session = request.getfixturevalue("given_damping")
         else:
             session = request.getfixturevalue("pair")[name]
         session.case, session.name = case, name

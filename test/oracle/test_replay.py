@@ -9,7 +9,7 @@ import pytest
 
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.replay.run import exact, replay, scenario_of
+from pmwvc_analysis.replay.run import exact, replay
 from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.scenario.reader import parse_scenario
@@ -47,7 +47,7 @@ def recorded(tmp_path_factory):
 
 def replay_of(folder, scenario, **options):
     """Replay the session in a folder with another scenario."""
-    return replay(read_session(folder), scenario_of(folder), scenario, **options)
+    return replay(read_session(folder), read_scenario(folder), scenario, **options)
 
 
 @pytest.mark.parametrize("hand", ["operator", "force"])
@@ -107,7 +107,7 @@ def test_a_changed_parameter_is_what_a_simulation_with_the_same_network_does(rec
 def test_a_replay_of_a_replay_is_the_replay(recorded, tmp_path):
     first = replay_of(recorded, read_scenario(recorded))
     record_traces(tmp_path, first.replayed, first.scenario, metadata=first.metadata())
-    second = replay_of(tmp_path, scenario_of(tmp_path))
+    second = replay_of(tmp_path, read_scenario(tmp_path))
     assert second.recorded.source == "replayed"
     assert exact(second.differences)
 

@@ -8,6 +8,7 @@ from support import linear_loops
 
 from pmwvc_analysis.models.linearize import Linear, build, spectral_radius
 from pmwvc_analysis.models.loop import loop_of
+from pmwvc_analysis.models.response import unnumbered
 
 RIGID = [
     ({}, 4),  # two devices and the cube each somewhere else, and all moving on
@@ -87,7 +88,8 @@ def test_a_uniform_motion_goes_on(controller, live):
         device__velocity="euler",
     )
     linear = Linear(loop_of(scenario, live=live))
-    names, of = [name for name, _ in linear.states], {"period_s": linear.ticks * scenario.tick_s}
+    names = list(map(unnumbered, linear.states))
+    of = {"period_s": linear.ticks * scenario.tick_s}
     drift = going_on(linear, names.index("server.environment.body.xd"))
     rest = linear.transition @ drift - drift
     under_way = [name.startswith("packet under way") for name in names]

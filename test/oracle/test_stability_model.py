@@ -10,13 +10,14 @@ import pytest
 from support import linear_loops
 from support.lab import offer
 
-from pmwvc_analysis.models.stability import k_max, radii, z_width
+from pmwvc_analysis.models.stability import k_max, radii
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core import plugins
 from pmwvc_core.law.server.contacts import couple
 from pmwvc_core.law.wave.wave import wave_velocity
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.server.couplings import COUPLINGS
+from reproduction.single_user import z_width
 
 FRAME_S, POLE_50_HZ = 0.008, 100.0 * np.pi
 # Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way.

@@ -4,10 +4,10 @@
 
 import pytest
 
-from pmwvc_analysis.models.stability import z_width
 from pmwvc_core.simulation.session import simulate_one
 from reproduction.scenarios import scenario, wall
 from reproduction.simulated_width import decays, simulated_z_width
+from reproduction.single_user import z_width
 
 DAMPING = [0.0, 7.0, 30.0]
 HIGHEST = 4000.0

@@ -62,7 +62,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_639, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_961,
+        3_546,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -71,19 +71,19 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_068,
+        4_067,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_246,
+        3_089,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_120, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_102, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_889, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_246,
         1_250,
@@ -102,7 +102,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(2_064, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(3_002, 3_000, ("pmwvc_view",)),
+    "page": Room(2_958, 3_000, ("pmwvc_view",)),
 }
 
 

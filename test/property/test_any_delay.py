@@ -11,7 +11,8 @@ from support.linear_loops import scenario
 from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.linearize import ROUNDING
 from pmwvc_analysis.models.stability import radii
-from pmwvc_analysis.prediction.prediction import aliasing_gain, one_step_bound
+from pmwvc_analysis.prediction.environment import rule
+from pmwvc_analysis.prediction.prediction import aliasing_gain
 from pmwvc_analysis.transparency.transparency import untouched
 from pmwvc_core.scenario.names import varied
 
@@ -96,12 +97,17 @@ def worst_radius(runs, period_s, *, live):
     return np.max(found, axis=0)
 
 
+def within_rule(user, of):
+    found = rule(user, of)
+    return found is not None and found.met
+
+
 def part_by_part(of):
     """The rule that is not enough: small aliasing, b T/m < 2, K T + 2B <= b or implicit."""
     return all(
         aliasing_gain(user) <= 1.1
         and float(user.impedance) * user.master.tick_s / user.device.mass < 2.0
-        and (of.server.coupling == "implicit" or one_step_bound(user, of) is True)
+        and (of.server.coupling == "implicit" or within_rule(user, of))
         for user in of.users
     )
 

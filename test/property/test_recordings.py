@@ -17,7 +17,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.parameter_events import taken_over
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.replay.run import exact, limits, replay
+from pmwvc_analysis.replay.run import exact, replay
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import ScenarioError
@@ -109,7 +109,6 @@ def test_everything_recorded_comes_back_equal_and_its_replay_is_it(
     assert np.array_equal(found.replayed.server.x_o, traces.server.x_o)
 
 
-HANDS = {"user1": "operator", "user2": "operator"}
 RATES = [(0.25, "user1.master.rate_drop=5"), (0.4011, "server.period_s=0.005")]
 
 
@@ -123,9 +122,6 @@ def test_what_was_taken_in_a_look_later_is_another_session():
     traces.taken.clear()
     notes = replay(traces, scenario, scenario).prescribed.notes
     assert "user1/down: its receiver was not recorded, so this link is simulated" in notes
-    assert limits(traces, scenario, HANDS)[0].why.startswith(
-        "user1/down: when packets were taken in"
-    )
 
 
 def test_what_was_taken_over_a_frame_earlier_is_another_session():
@@ -135,43 +131,15 @@ def test_what_was_taken_over_a_frame_earlier_is_another_session():
     found = replay(traces, scenario, scenario)
     assert not exact(found.differences)
     assert min(user["first_s"] for user in found.differences if user["first_s"]) > 0.2
-    whys = [limit.why for limit in found.limits]
-    assert "user1: the master took over a change that no recorded parameter event names" in whys
-
-
-def test_steps_that_a_damper_replaced_are_named_as_why_a_replay_is_not_exact():
-    scenario, traces = as_live([], 0.5, 0, 3)
-    assert limits(traces, scenario, HANDS) == []
-    traces.server.contained = (np.arange(len(traces.server.step)) >= 20).astype(int)
-    ((time_s, why),) = limits(traces, scenario, HANDS)
-    assert time_s == traces.server.time_s[20]
-    assert why == "a damper in place of the environment: 1x"
-
-
-def test_blocks_and_steps_that_were_not_recorded_are_named_with_their_time():
-    scenario, traces = as_live([], 0.5, 0, 3)
-    user, server = traces.users[0], traces.server
-    assert limits(traces, scenario, HANDS) == []
-    user.block_number = np.arange(1, len(user.block_time_s) + 1)
-    user.block_number[40:] += 2
-    server.step[60:] += 1
-    found = [(limit.why, round(limit.time_s, 2)) for limit in limits(traces, scenario, HANDS)]
-    assert found == [
-        ("user1: 2 blocks of its trace were not recorded", 0.32),
-        ("1 steps of the server were not recorded", 0.48),
-    ]
 
 
 def test_a_recorded_force_stays_at_its_ticks_behind_a_long_pause():
     """The device makes up for 0.1 s of a pause; the force of the hand then is not known."""
     scenario, traces = as_live([], 0.5, 0, 3, slept=250)
     operator = replay(traces, scenario, scenario, hand="operator")
-    assert exact(operator.differences) and operator.limits == []
+    assert exact(operator.differences)
     found = replay(traces, scenario, scenario, hand="force")
     assert not exact(found.differences)
-    (limit,) = found.limits
-    assert limit.why.startswith("user2: the force of the hand in 250 ticks that did not run")
-    assert limit.time_s == pytest.approx(0.3)
     (first,) = [user for user in found.differences if user["name"] == "user2"]
     assert first["first_s"] == pytest.approx(0.55)
     assert first["first_signals"]

@@ -76,7 +76,7 @@ def test_the_limit_is_predicted_and_neither_stability_nor_stiffness_is_promised(
     assert values["environment_limited"] is True
     assert values["stable"] is values["k_felt"] is values["mass_felt"] is None
     said = "\n".join(lines(scenario, live=False))
-    assert "K T + 2B = 60 N s/m, above b = 25 N s/m" in said
+    assert "K T + 2B = 60 N s/m, above 25 N s/m: the server port will limit" in said
     assert "Every part is passive" not in said
     assert "1450" not in said
     text = " ".join(each["text"] for each in quick_summary(traces, scenario)["outcomes"])

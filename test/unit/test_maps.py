@@ -4,7 +4,6 @@
 ``pmwvc stability`` and ``pmwvc map`` print, write and refuse.
 """
 
-import csv
 import functools
 import json
 import sys
@@ -17,6 +16,7 @@ from support.map_points import point
 
 from pmwvc_analysis.figures.model_charts import stability_map as draw
 from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_of, compute, growth_per_s, write_data
+from pmwvc_analysis.models.linearize import stable
 from pmwvc_core.errors import PmwvcError
 
 STIFFNESS = MapAxis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))
@@ -66,10 +66,7 @@ def test_every_file_holds_the_same_map(tmp_path):
     draw(tmp_path, of, radius)
     content = json.loads((tmp_path / "map.json").read_text())
     assert content["spectral_radius"] == radius.tolist()
-    with (tmp_path / "map.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [float(row["spectral_radius"]) for row in rows] == radius.ravel().tolist()
-    assert {row["stable"] for row in rows} == {"0", "1"}
+    assert content["stable"] == stable(radius).tolist()
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert "<svg" in (tmp_path / "map.svg").read_text()
 
@@ -128,7 +125,7 @@ def test_stability_answers_with_documented_keys(pmwvc):
     assert found["stable"] is True and found["spectral_radius"] < 1.0
     assert found["k_max_bound"] == 1e6
     assert found["rigid_body_modes"] == 4
-    assert found["hyperframe_ticks"] == 8
+    assert found["hyperperiod_ticks"] == 8
     assert found["states"] == 20
     assert any("Grip" in note for note in found["notes"])
 
@@ -137,17 +134,6 @@ def test_stability_without_a_limit_is_null_in_json_and_stated_in_words(pmwvc):
     words = ("stability", "carry_16ms", *FIRST_ORDER)
     assert json.loads(pmwvc(*words, "--json").stdout)["k_max"] is None
     assert "stable at every contact stiffness up to 1,000,000 N/m" in pmwvc(*words).stdout
-
-
-def test_the_z_width_is_that_of_each_damping_and_only_of_a_linear_scenario(pmwvc):
-    wall = ("stability", "wall_slow", "--set", "server.decoding=late", "--json")
-    plain = (*wall, "--set", "server.compensation=none")
-    alone = pmwvc(*plain, "--set", "server.contact_damping=5")
-    found = pmwvc(*plain, "--damping", "5,20")
-    less, more = json.loads(found.stdout)["z_width"]
-    assert less["k_max"] == json.loads(alone.stdout)["k_max"] > 0.0
-    assert more["k_max"] != less["k_max"]
-    assert "is not linear" in refused(pmwvc(*wall, "--damping", "5"))
 
 
 DELAYS = "link.delay_s=0:0.01:2"
@@ -159,7 +145,6 @@ DELAYS = "link.delay_s=0:0.01:2"
         (("stability", "carry_16ns"), "did you mean carry_16ms"),
         (("stability", "carry_16ms", "--set", "device.friction=0.1"), "use 'pmwvc simulate'"),
         (("stability", "carry_16ms", "--set", "device.encoder_step_m=1e-5"), "is not linear"),
-        (("stability", "carry_16ms", "--bound", "-3"), "--bound"),
         (
             ("stability", "carry_16ms", "--set", "user1.master.rate_drop=997",
              "--set", "user2.master.rate_drop=991"),
@@ -186,7 +171,7 @@ def test_a_map_is_written_in_a_folder_of_its_own(pmwvc, tmp_path):
     found = json.loads(pmwvc(*words, "--out", "drawn").stdout)
     assert found["boundary"] == pytest.approx([2470.8, 2166.0], rel=5e-3)
     kinds = {path.suffix for path in (tmp_path / "drawn").glob("map.*")}
-    assert kinds == {".png", ".svg", ".csv", ".json"}
+    assert kinds == {".png", ".svg", ".json"}
     assert "drawn is not empty" in refused(pmwvc(*words, "--out", "drawn"))
     assert pmwvc(*words).returncode == 0
     (folder,) = (tmp_path / "sessions").iterdir()

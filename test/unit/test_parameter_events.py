@@ -16,7 +16,7 @@ from support.rewriting import raw, written
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.parameter_events import MOST_EVENTS, parameter_change, taken_over
+from pmwvc_analysis.recording.parameter_events import parameter_change, taken_over
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.recording.salvage import RawMessage
 
@@ -116,16 +116,6 @@ def test_a_change_counts_from_the_step_or_the_frame_that_took_it_over(recorded):
     ]
     found = [time_s for time_s, _ in taken_over(settings, traces.users, server)]
     assert found == pytest.approx(sorted([step_s - 5e-4, tick_s - 5e-4, step_s - 0.01]))
-
-
-def test_a_flood_of_changes_is_cut_and_counted(recorded, tmp_path):
-    flood = [
-        change(0.001 * n, "/user1/master", master__impedance=30.0 + n)
-        for n in range(MOST_EVENTS + 7)
-    ]
-    found = events_of(recorded, tmp_path, *flood)
-    assert len(found) == MOST_EVENTS + 1
-    assert found[-1]["what"] == "7 more changes of parameters"
 
 
 @pytest.mark.parametrize("value", [True, -7, 2.5, "words", [1, 2], [0.5], ["a", "bc"], [True], []])

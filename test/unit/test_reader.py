@@ -167,7 +167,6 @@ def test_what_was_not_recorded_is_missing_but_not_what_a_link_lost(folder, tmp_p
     assert counts["/user1/wave_up"] == {"messages": 123, "missing": 2}
     assert counts["/server/user1/wave_up"]["missing"] == 1
     assert counts["/netem/fates"]["missing"] > 0
-    assert "not_relayed" not in counts["/server/user1/wave_down"]
 
 
 def test_a_message_that_is_none_is_passed_over_and_what_the_runner_noted_is_in_time(

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rendering of a link against closed forms and simulated sessions; admittance measured from a
-session is the model's, and the coherence says when to trust it.
+"""The rendering of a link against closed forms and simulated sessions, whose admittance is the
+model's.
 """
 
 import dataclasses
@@ -12,12 +12,12 @@ from support.pressed_wall import wall
 
 from pmwvc_analysis.models import linearize
 from pmwvc_analysis.transparency import frequency
-from pmwvc_analysis.transparency.measured import TRUSTED, measure, require_alone
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
+from reproduction.sweep import TRUSTED, measure
 
 GENTLE = {"safety.max_force": 20.0, "safety.max_slew": 20000.0, "operator.force": 0.2}
 CHIRP = {
@@ -56,49 +56,6 @@ def test_a_chirp_shows_the_admittance_of_the_model(chirp):
     assert np.median(distance(other, found)) > 0.1
 
 
-def test_noise_on_the_position_costs_coherence(chirp):
-    scenario, user = chirp
-    clean = user.x_m
-    noise = np.random.default_rng(3).standard_normal(clean.shape)
-    try:
-        user.x_m = clean + 2e-4 * noise
-        found = measure(user, scenario.users[0])
-    finally:
-        user.x_m = clean
-    assert np.median(found.coherence) < np.median(measure(user, scenario.users[0]).coherence)
-    trusted = found.coherence >= TRUSTED
-    assert 0 < trusted.sum() < len(trusted)
-    error = distance(scenario, found)
-    assert np.median(error[trusted]) < np.median(error[~trusted])
-
-
-def test_a_quantity_that_cannot_be_measured_is_reported():
-    scenario, user = recorded(CHIRP | {"duration_s": 1.0})
-    with pytest.raises(PmwvcError, match="s only, too short for spectra"):
-        measure(user, scenario.users[0])
-    sine = dataclasses.replace(scenario.users[0].operator, kind="sinusoid")
-    with pytest.raises(PmwvcError, match="one frequency alone"):
-        measure(user, dataclasses.replace(scenario.users[0], given_operator=sine))
-    user.tick[900:] += 3
-    with pytest.raises(PmwvcError, match="ticks are missing"):
-        measure(user, scenario.users[0])
-    user.f_h[:] = 0.0
-    with pytest.raises(PmwvcError, match="no hand acted"):
-        measure(user, scenario.users[0])
-    user.f_h[:] = np.nan
-    with pytest.raises(PmwvcError, match="not recorded"):
-        measure(user, scenario.users[0])
-
-
-@pytest.mark.parametrize("kind", ["hand", "playback_motion"])
-def test_a_hand_that_answers_to_the_motion_is_refused(kind):
-    """Its force is -Z_hand (x - target): the ratio x/f shows the hand."""
-    scenario, user = recorded(CHIRP | {"duration_s": 1.0})
-    operator = dataclasses.replace(scenario.users[0].operator, kind=kind)
-    with pytest.raises(PmwvcError, match=r"reacts to the motion .* closed loop"):
-        measure(user, dataclasses.replace(scenario.users[0], given_operator=operator))
-
-
 def test_of_two_users_one_pushes_alone():
     changes = GENTLE | CHIRP | {"users": 2, "server.environment": "cube"}
     scenario = parse_scenario(
@@ -106,7 +63,6 @@ def test_of_two_users_one_pushes_alone():
         overrides=changes | {"user2.operator.kind": "none", "server.object_damping": 5.0},
     )
     traces = simulate_one(scenario)
-    require_alone(scenario, 0)
     found = measure(traces.users[0], scenario.users[0])
     model = linearize.build(scenario)
     alone, pressed = (
@@ -118,10 +74,6 @@ def test_of_two_users_one_pushes_alone():
     assert np.median(error) < 0.01
     wrong = np.abs(found.admittance - pressed)[trusted] / np.abs(pressed)[trusted]
     assert np.max(wrong) > 5.0
-    other = dataclasses.replace(scenario.users[1].operator, kind="hand")
-    held = (scenario.users[0], dataclasses.replace(scenario.users[1], given_operator=other))
-    with pytest.raises(PmwvcError, match=r"user2: its hand acts as well"):
-        require_alone(dataclasses.replace(scenario, users=held), 0)
 
 
 def cube(**overrides):

@@ -47,7 +47,7 @@ def test_the_keys_are_those_that_are_promised():
     assert set(result) == KEYS
     assert set(result["object"]) == {"position_final_m", "velocity_rms_m_s", "path_error_rms_m"}
     assert set(result["prediction"]) == PREDICTION_KEYS
-    recording = {"messages", "missing", "not_relayed", "holes"}
+    recording = {"messages", "missing", "holes"}
     assert set(result["recording"]) == recording
     for user in result["users"]:
         assert set(user) == USER_KEYS

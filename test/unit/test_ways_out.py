@@ -7,13 +7,10 @@ what a terminal shows of work that lasts.
 import io
 from pathlib import Path
 
-import numpy as np
 import pytest
 from rich.console import Console
-from support.plain import load
 
-from pmwvc_analysis.maps.maps import Grid, MapAxis, boundary_words
-from pmwvc_bringup import cli, scenarios
+from pmwvc_bringup import scenarios
 from pmwvc_bringup.output import doing
 from pmwvc_bringup.session.terminal import user_words
 from pmwvc_core.errors import ScenarioError
@@ -52,14 +49,6 @@ def test_of_equally_near_names_the_first_known_one_is_meant():
     assert hint("impedance", names[::-1]) == "; did you mean server.impedance?"
 
 
-def test_one_name_given_twice_is_a_mistake(capfd):
-    words = ["links", "wall", "--set", "link.loss=0.1", "--set"]
-    with pytest.raises(SystemExit):
-        cli.main([*words, "link.loss=0.2"])
-    assert "--set link.loss=0.2: link.loss is given twice" in capfd.readouterr().err
-    assert cli.main([*words, "link.up.loss=0.2"]) == 0
-
-
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
@@ -80,24 +69,6 @@ def test_one_name_given_twice_is_a_mistake(capfd):
 )
 def test_a_number_reads_well_and_rounding_is_zero(text, expected):
     assert text == expected
-
-
-@pytest.mark.parametrize(
-    ("radius", "words"),
-    [
-        ([[0.9, 0.9], [0.9, 0.9]], ["stable everywhere on the map"]),
-        ([[1.1, 1.1], [1.1, 1.1]], ["unstable everywhere on the map"]),
-        (
-            [[0.9, 1.1], [1.1, 1.1]],
-            ["0 s stable up to server.contact_stiffness = 1500 N/m", "0.016 s unstable from"],
-        ),
-    ],
-)
-def test_a_map_is_told_by_its_boundary(radius, words):
-    x = MapAxis("server.contact_stiffness", (1000.0, 2000.0))
-    grid = Grid(load("wall"), x, MapAxis("link.delay_s", (0.0, 0.016)))
-    told = boundary_words(grid, np.array(radius))
-    assert all(text in told for text in words)
 
 
 def test_every_table_of_a_report_that_scrolls_is_reached_by_keyboard():

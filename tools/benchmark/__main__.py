@@ -3,6 +3,7 @@
 """Run the benchmark and write its page and picture: ``python -m benchmark [SIZE]``."""
 
 import argparse
+import os
 import sys
 import time
 from pathlib import Path
@@ -35,6 +36,7 @@ def main() -> int:
     parser.add_argument("--dask", metavar="ADDRESS", help="of a Dask scheduler to compute on")
     parser.add_argument("--folder", type=Path, default=Path("sessions/benchmark"))
     options = parser.parse_args()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of each process: there is one per core
     plan: Plan | networks.Plan = (PLANS | SWEEPS)[options.size]
     try:
         at_once = estimate.cores(options.workers, options.dask)

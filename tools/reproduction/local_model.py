@@ -16,7 +16,6 @@ from scipy.signal import find_peaks
 from pmwvc_analysis.models.linearize import build
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.transparency.frequency import response
-from pmwvc_analysis.transparency.measured import TRUSTED, measure
 from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import varied
@@ -28,6 +27,7 @@ from reproduction.conditions import bank_gains
 from reproduction.figure import Values
 from reproduction.scenarios import scenario
 from reproduction.single_user import admittances_of, radius_of
+from reproduction.sweep import TRUSTED, measure
 
 LOW = 0.8  # of the peak's frequency: below it the series holds
 LEAST = 5  # values to fit a stiffness to

@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Computations that several appendices share: one user at a wall."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.models.linearize import build, spectral_radius
-from pmwvc_analysis.models.stability import z_width
+from pmwvc_analysis.models.stability import StabilityLimit, k_max
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from reproduction.figure import Values
@@ -50,6 +52,11 @@ def admittances_of(scenarios: dict[str, Scenario], low_hz: Array, high_hz: Array
             numbers[f"k_felt_{key}"] = rendered.k_felt
             numbers[f"first_peak_hz_{key}"] = rendered.first_peak_hz
     return {"data": data, "numbers": numbers}
+
+
+def z_width(scenario: Scenario, damping: Sequence[float]) -> list[StabilityLimit]:
+    """Return the largest stiffness for each contact damping [N s/m] that can be rendered."""
+    return [k_max(varied(scenario, "server.contact_damping", b)) for b in damping]
 
 
 def widths(parameters: Values) -> Values:

@@ -12,16 +12,14 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts import style
-from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Level, Panel
+from pmwvc_analysis.charts.chart import Chart, Curve, Level, Panel
 from pmwvc_analysis.figures.recorded import conditions, title
 from pmwvc_analysis.maps.maps import Grid, growth_per_s
-from pmwvc_analysis.transparency.measured import TRUSTED, Admittance
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.scenario.names import spec_of
 from pmwvc_core.scenario.scenario import Scenario
 
-MOST_DOTS = 70  # evenly spread over the logarithm of the frequency
 BELOW = 0.3  # lower end of the vertical axis, of the smallest value of the link
 DOTTED, DASHED, DASH_DOT = (2.0, 3.0), (9.0, 5.0), (12.0, 3.0, 2.0, 3.0)
 SMOOTH = 12  # rows and columns from which a boundary is drawn as a line
@@ -29,10 +27,8 @@ SPREAD_PER_S = 10.0  # growth rates over which colour goes, either way
 OVER_FREQUENCY = partial(Panel, x_label="frequency [Hz]", x_log=True)
 
 
-def transparency(
-    found: Transparency, measured: Admittance | None, scenario: Scenario, *, live: bool
-) -> Chart:
-    """Return magnitude and phase of x/f: link, ideal and measurement with its coherence."""
+def transparency(found: Transparency, scenario: Scenario, *, live: bool) -> Chart:
+    """Return magnitude and phase of x/f of link and ideal."""
     hertz = found.frequency_hz
     curves = (
         ("link, exact model", found.admittance, "u0", ()),
@@ -40,21 +36,8 @@ def transparency(
     )
     size = [Curve(label, hertz, np.abs(x), tint, dash) for label, x, tint, dash in curves]
     phase = [Curve(label, hertz, _degrees(x), tint, dash) for label, x, tint, dash in curves]
-    size_dots: list[Dots] = []
-    phase_dots: list[Dots] = []
-    coherence: list[Panel] = []
-    if measured is not None:
-        measured_hz = measured.frequency_hz
-        wanted_hz = np.geomspace(measured_hz[0], measured_hz[-1], MOST_DOTS)
-        shown = np.unique(np.searchsorted(measured_hz, wanted_hz))
-        at, label = measured_hz[shown], f"measured ({measured.stretches} stretches)"
-        size_dots = [Dots(label, at, np.abs(measured.admittance)[shown], "u1", "ring")]
-        phase_dots = [Dots(label, at, _degrees(measured.admittance)[shown], "u1", "ring")]
-        dots = [Dots("coherence", at, measured.coherence[shown], "u1", "ring")]
-        levels = [Level("trusted above", TRUSTED, "target")]
-        coherence = [OVER_FREQUENCY("coherence", dots=dots, levels=levels, y_range=(0.0, 1.05))]
-    magnitudes = np.concatenate([each.y for each in size] + [each.y for each in size_dots])
-    y_range = (BELOW * float(size[0].y.min()), 1.4 * float(np.nanmax(magnitudes)))
+    highest = float(np.nanmax(np.concatenate([each.y for each in size])))
+    y_range = (BELOW * float(size[0].y.min()), 1.4 * highest)
     rendered = found.rendered
     levels = []
     if rendered.admittance_dc is not None and rendered.k_felt is not None:
@@ -64,7 +47,7 @@ def transparency(
         label = f"first peak {rendered.first_peak_hz:.3g} Hz"
         size.append(Curve(label, across, np.array(y_range), "target", DASH_DOT, 1.0))
     along = f" along axis {found.axis + 1}" if scenario.dof > 1 else ""
-    sizes = OVER_FREQUENCY("|x / f| [m/N]", size, size_dots, levels=levels, y_range=y_range)
+    sizes = OVER_FREQUENCY("|x / f| [m/N]", size, levels=levels, y_range=y_range)
     source = "phases of a live session" if live else "phases of the simulator"
     return Chart(
         "transparency",
@@ -72,8 +55,7 @@ def transparency(
         "Position of the device per force of the hand.",
         [
             replace(sizes, y_log=True, height=240.0),
-            OVER_FREQUENCY("phase [°]", phase, phase_dots, height=200.0),
-            *coherence,
+            OVER_FREQUENCY("phase [°]", phase, height=200.0),
         ],
         title(f"Transmitted admittance of {found.user}{along}", scenario),
         conditions(scenario, source, without={"seed"}),

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.arrays import write_table
 from pmwvc_analysis.maps.workers import finished
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
@@ -24,7 +23,7 @@ from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.names import spec_of, varied
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 Points = tuple[int, ...]  # of a map, counted row by row
@@ -37,11 +36,6 @@ class MapAxis:
 
     name: str
     values: tuple[float, ...]
-
-    def words(self, value: float) -> str:
-        """Return the parameter with a value, in words."""
-        unit = spec_of(self.name).unit
-        return f"{self.name} = {value:.4g}{'' if unit in ('', '-') else f' {unit}'}"
 
 
 @dataclass(frozen=True)
@@ -79,21 +73,16 @@ def compute(
     *,
     workers: int | None = None,
     dask: str | None = None,
-    done: Callable[[Points], None] = lambda points: None,
+    progress: Callable[[float], None] = lambda ratio: None,
 ) -> Array:
     """Return the spectral radii of a map ``(rows, columns)``, computed as
-    :func:`.workers.finished` says; ``done`` is called with points as they are finished.
-    PmwvcError for a value that a parameter may not have.
+    :func:`.workers.finished` says; ``progress`` gets the ratio done, 0..1. PmwvcError for a value
+    that a parameter may not have.
     """
-    for one, other in ((grid.x, grid.y), (grid.y, grid.x)):
-        for edge in {other.values[0], other.values[-1]}:
-            along = varied(grid.scenario, other.name, edge)
-            for value in one.values:
-                varied(along, one.name, value)  # before any time is spent
     radius, left = np.full(grid.shape, np.nan), grid.batches()
     for points, values in finished(partial(batch, grid), left, workers=workers, dask=dask):
         radius.flat[list(points)] = values
-        done(points)
+        progress(1.0 - float(np.isnan(radius).mean()))
     return radius
 
 
@@ -129,46 +118,21 @@ def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
     return limits
 
 
-def boundary_words(grid: Grid, radius: Array) -> str:
-    """Return where the boundary is, by the first and last rows and the extremes."""
-    flags = stable(radius)
-    if flags.all():
-        return "stable everywhere on the map"
-    if not flags.any():
-        return "unstable everywhere on the map"
-    limits = boundary_of(grid, radius)
-    size = [np.inf if limit is None else limit for limit in limits]
-    words = []
-    for row in sorted({0, len(limits) - 1, int(np.argmin(size)), int(np.argmax(size))}):
-        limit = limits[row]
-        reach = "stable throughout" if limit is None else f"stable up to {grid.x.words(limit)}"
-        if not flags[row, 0]:
-            reach = "unstable from the first value on"
-        words.append(f"at {grid.y.words(grid.y.values[row])} {reach}")
-    return "boundary: " + "; ".join(words)
-
-
-def write_data(folder: Path, grid: Grid, radius: Array) -> list[Path]:
-    """Write CSV and JSON; return the files."""
-    folder.mkdir(parents=True, exist_ok=True)
+def write_data(folder: Path, grid: Grid, radius: Array) -> Path:
+    """Write ``map.json``; return the file."""
     x, y = grid.x, grid.y
-    flags, growth = stable(radius), growth_per_s(grid, radius)
-    at_y, at_x = (values.ravel() for values in np.meshgrid(y.values, x.values, indexing="ij"))
-    columns = {x.name: at_x, y.name: at_y, "spectral_radius": radius.ravel()}
-    columns |= {"stable": flags.ravel().astype(int), "growth_per_s": growth.ravel()}
-    table = write_table(folder / "map.csv", columns)
     content: dict[str, Any] = {
         "scenario": grid.scenario.name,
         "live": grid.live,
         "x": {"name": x.name, "values": x.values},
         "y": {"name": y.name, "values": y.values},
         "spectral_radius": radius.tolist(),
-        "growth_per_s": growth.tolist(),
-        "stable": flags.tolist(),
+        "growth_per_s": growth_per_s(grid, radius).tolist(),
+        "stable": stable(radius).tolist(),
         "boundary": boundary_of(grid, radius),
         "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }
     document = folder / "map.json"
     document.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
-    return [table, document]
+    return document

@@ -18,7 +18,6 @@ from pmwvc_core.errors import PmwvcError
 FIRST = 3  # items from which the duration of the rest is estimated
 WORKERS_S = 5.0  # patience until a Dask cluster has a worker
 SMALL_S = 4.0  # duration up to which starting other processes does not pay
-BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 T = TypeVar("T", bound=Hashable)
 R = TypeVar("R")
 
@@ -55,21 +54,16 @@ def finished(
 
 @contextlib.contextmanager
 def _processes(workers: int | None) -> Iterator[concurrent.futures.Executor]:
-    """Yield processes that compute with one thread each: there is one per core."""
+    """Yield processes; the command line lets each compute with one thread."""
     pool = concurrent.futures.ProcessPoolExecutor(
         workers,
         mp_context=multiprocessing.get_context("spawn"),
         initializer=signal.signal,
         initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is this process's to heed
     )
-    before = {name: os.environ.pop(name) for name in BLAS_THREADS if name in os.environ}
-    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
     try:
         yield pool
     finally:
-        for name in BLAS_THREADS:
-            del os.environ[name]
-        os.environ.update(before)
         pool.shutdown(cancel_futures=True)
 
 

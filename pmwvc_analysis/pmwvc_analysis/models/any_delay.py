@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from pmwvc_analysis.models.linear import nonlinear, outside
+from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_analysis.models.matrices import matrices, reduced
 from pmwvc_analysis.models.variation import changed
 from pmwvc_core.controllers.library import proofs_hold
@@ -53,7 +53,6 @@ class AnyDelay(NamedTuple):
     reasons: tuple[str, ...] = ()  # why no proof was found, with amounts
     touching: bool = False  # the proof holds only while all contacts touch
     gain: float | None = None  # largest once around the loop, 1 is the limit; None: none formed
-    at_hz: float | None = None
 
 
 class PacketEnd(NamedTuple):
@@ -79,8 +78,10 @@ class PacketEnd(NamedTuple):
 
 
 def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
-    """Return what is known at any constant delay; None where proofs of wave ports do not hold."""
-    if not proofs_hold(scenario.controller):
+    """Return what is known at any constant delay; None where proofs of wave ports do not hold, and
+    on the strict channel, whose account of every packet makes it passive on any network.
+    """
+    if scenario.strict or not proofs_hold(scenario.controller):
         return None
     if reasons := _outside(scenario):
         return AnyDelay(False, reasons)
@@ -123,7 +124,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     worst, at = _peak(single, angle)
     lossless, passive = worst <= 1.0 + TOLERANCE, scenario.coupling.passive(scenario.server)
     if lossless and passive:
-        return AnyDelay(True, gain=worst, at_hz=at * hertz)
+        return AnyDelay(True, gain=worst)
     text = (
         f"the users' ends return up to {worst:.7g} times the wave they receive "
         f"({at * hertz:.3g} Hz)"
@@ -147,9 +148,9 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
 
     gain, at = _peak(around, angle)
     if gain <= 1.0 + TOLERANCE:
-        return AnyDelay(True, touching=True, gain=gain, at_hz=at * hertz)
+        return AnyDelay(True, touching=True, gain=gain)
     why = f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at * hertz:.3g} Hz); {text}"
-    return AnyDelay(False, (why,), gain=gain, at_hz=at * hertz)
+    return AnyDelay(False, (why,), gain=gain)
 
 
 def _ends(scenario: Scenario, *, live: bool) -> list[PacketEnd]:
@@ -160,7 +161,7 @@ def _ends(scenario: Scenario, *, live: bool) -> list[PacketEnd]:
     for end, _ in matrices([changed(scenario, users=tuple(users))], live):
         n = len(end.states)
         into, out = (
-            [n + at for at, signal in enumerate(signals) if signal.name == "wave"]
+            [n + at for at, (_, number) in enumerate(signals) if number < axes_of(scenario)]
             for signals in (end.came, end.sent)
         )
         waves = end.matrix[:, np.r_[:n, out]][:, :, np.r_[:n, into]]
@@ -184,11 +185,6 @@ def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
 
 def _outside(scenario: Scenario) -> tuple[str, ...]:
     """Return what neither rule covers."""
-    if scenario.strict:
-        return (
-            "channel = strict is passive on any network by its account (docs/strict_channel.md); "
-            "what follows for stability beyond the exact model is not computed",
-        )
     found = [
         f"{element.text} is not linear"
         for element in nonlinear(scenario)

@@ -37,8 +37,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.unrolled import unrolled
 
 PERIODS = 4  # until an end that was given packets has answered
-SIGNALS = ("wave", "position", "extra")  # of a packet, as far as controllers read them
-Signals = tuple[Vector, Vector, Vector]
+Signals = tuple[Vector, Vector, Vector]  # wave, position, extra: of a packet what is read
 
 
 class Slot(NamedTuple):

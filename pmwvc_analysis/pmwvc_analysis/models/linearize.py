@@ -65,11 +65,6 @@ class Linear:
         """Number of rigid motions of the first run."""
         return int(self.quotient[1][0])
 
-    def largest(self) -> complex:
-        """Return the longest eigenvalue of the first run."""
-        values = np.linalg.eigvals(self.quotient[0][0])
-        return complex(values[np.argmax(np.abs(values))])
-
 
 def stable(radius: Any) -> Any:
     """Tell whether spectral radii mean stable: at most 1, but for rounding."""

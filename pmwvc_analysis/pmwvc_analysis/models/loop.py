@@ -20,7 +20,7 @@ from pmwvc_analysis.models.ends import Slot
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.links import LinkTimes, hyperperiod_ticks, link_times
 from pmwvc_analysis.models.matrices import matrices
-from pmwvc_analysis.models.response import EndMatrix, Signal, StateName
+from pmwvc_analysis.models.response import EndMatrix
 from pmwvc_core.numeric import Array, Complex, Integers
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -32,7 +32,7 @@ class LinearLoop(NamedTuple):
     live: bool
     ticks: int  # of the hyperperiod
     dof: int
-    states: list[StateName]
+    states: list[str]
     sent: int  # numbers of all packets of a hyperperiod
     matrix: Array
     sources: Integers  # of everything that comes in, the number of what is sent
@@ -84,7 +84,7 @@ def loop_of(*runs: Scenario, live: bool = False, outputs: bool = False) -> Linea
     return LinearLoop(scenario, live, ticks, axes_of(scenario), states, sent, matrix, *wires)
 
 
-def held(loop: LinearLoop) -> tuple[list[StateName], Array]:
+def held(loop: LinearLoop) -> tuple[list[str], Array]:
     """Return the states of a loop with every packet under way as one, one for each hyperperiod,
     and its matrix ``(runs, states sent read, states forces)``.
     """
@@ -99,13 +99,11 @@ def held(loop: LinearLoop) -> tuple[list[StateName], Array]:
     packets[:, first] = whole[:, n + loop.sources]
     later = np.setdiff1d(np.arange(m), first)
     packets[:, later, n + later - 1] = 1.0
-    names = [(f"packet under way {k}", 0) for k in range(1, m + 1)]
+    names = [f"packet under way {k}" for k in range(1, m + 1)]
     return loop.states + names, np.concatenate([whole[:, :n], packets, whole[:, n:]], axis=1)
 
 
-def _joined(
-    parts: Sequence[EndMatrix], which: Sequence[Integers]
-) -> tuple[list[StateName], Array]:
+def _joined(parts: Sequence[EndMatrix], which: Sequence[Integers]) -> tuple[list[str], Array]:
     """Return the ends as one, with all states, all packets and all forces in a row."""
     kinds, of_rows, of_columns = np.arange(3), list[Integers](), list[Integers]()
     sizes = np.array([each.matrix.shape[1:] for each in parts])
@@ -135,11 +133,11 @@ def _wires(
     at_server = {signal: firsts[-1] + at for at, signal in enumerate(server.sent)}
     found = []
     for i, end in enumerate(users):
-        for slot, name, axis in end.came:
+        for slot, number in end.came:
             sent, ago = down[i][slot.packet]
-            found.append((at_server[Signal(Slot(i, sent), name, axis)], ago))
-    for slot, name, axis in server.came:
+            found.append((at_server[Slot(i, sent), number], ago))
+    for slot, number in server.came:
         sent, ago = up[slot.way][slot.packet]
-        at = users[slot.way].sent.index(Signal(Slot(0, sent), name, axis))
+        at = users[slot.way].sent.index((Slot(0, sent), number))
         found.append((firsts[slot.way] + at, ago))
     return tuple(np.array(found).T)

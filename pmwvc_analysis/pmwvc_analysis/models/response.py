@@ -13,12 +13,13 @@ passes a wave only if its energy has come; it is tried at tiny amplitudes alone.
 """
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from pmwvc_analysis.models.ends import SIGNALS, Came, End, Signals, Slot
+from pmwvc_analysis.models.ends import Came, End, Signals, Slot
 from pmwvc_analysis.models.linear import AMPLITUDE, NonlinearError
 from pmwvc_core.numeric import Array, Flags
 
@@ -31,21 +32,13 @@ LESS = 2.0**-20  # of it: what is given a second time, to see what answers in pr
 SUPERPOSED = 1e-9  # relative: what differs by more is not linear
 ROUNDING = 1e-14  # of numbers that are not zero at rest
 WATCHING = ("still_s", "slow_s", "way_m")  # of counts and jumps: without any, nothing reads them
-StateName: TypeAlias = tuple[str, int]  # name and axis
-
-
-class Signal(NamedTuple):
-    """A number of a packet of the hyperperiod."""
-
-    slot: Slot
-    name: str  # of SIGNALS
-    axis: int
+Signal: TypeAlias = tuple[Slot, int]  # a number of a packet of the hyperperiod
 
 
 class EndMatrix(NamedTuple):
     """One end, linear: ``matrix (runs, states, sent and read, states, came and forces)``."""
 
-    states: list[StateName]
+    states: list[str]  # names
     came: list[Signal]
     sent: list[Signal]
     read: int  # rows of x, xd and f: by output, tick and axis
@@ -68,10 +61,10 @@ class Response:
         ]
         self.came = [signal for slot in self._slots for signal in _signals(slot, end.nothing)]
         self.sent: list[Signal] = []
-        self._places: dict[StateName, int] = like._places if like else self._found_places()
-        self.states: list[StateName] = like.states if like else self._found_states()
+        self._places: dict[str, int] = like._places if like else self._found_places()
+        self.states: list[str] = like.states if like else self._found_states()
 
-    def matrix(self, states: Sequence[StateName] = ()) -> EndMatrix:
+    def matrix(self, states: Sequence[str] = ()) -> EndMatrix:
         """Return the end by these states, or those that answer; NonlinearError if superposition
         does not hold.
         """
@@ -79,7 +72,7 @@ class Response:
         weights, sums = self._weights(states), ONE if end.scenario.strict else AMPLITUDE
         given = np.concatenate([ONE * np.eye(len(weights)), sums * np.array([weights, -weights])])
         answers = self._answers(given, states).T
-        names = [name for name, _ in self._places] + [f"{end.name} {s.name}" for s in self.sent]
+        names = [*self._places, *(f"{end.name}, what it sends" for _ in self.sent)]
         names += [f"{end.name}.{name}" for name in OUTPUTS for _ in range(self._forces)]
         n, of_all = len(self._places), list(self._places)
         rows = [*map(of_all.index, states), *range(n, len(names))]
@@ -96,13 +89,13 @@ class Response:
         read = len(names) - n - len(self.sent)
         return EndMatrix(states, self.came, self.sent, read, whole[np.newaxis])
 
-    def _weights(self, states: Sequence[StateName]) -> Array:
+    def _weights(self, states: Sequence[str]) -> Array:
         """Return numbers for states, packets and forces."""
         width = len(states) + len(self.came) + self._forces
         rng = np.random.default_rng(width)
         return rng.choice([-2.0, 1.0, 3.0], width) * rng.uniform(0.5, 1.0, width)
 
-    def _answers(self, given: Array, states: Sequence[StateName]) -> Array:
+    def _answers(self, given: Array, states: Sequence[str]) -> Array:
         """Return what comes of numbers for states, packets and forces ``(cases, numbers)``: all
         numbers that may be states, what is sent and read, ``(cases, numbers)``, less what comes of
         zeros.
@@ -133,11 +126,11 @@ class Response:
         motions = [motion[i] for i in outputs for motion in read]
         return numbers_in((end.s, *went.values(), *motions))
 
-    def _found_states(self) -> list[StateName]:
+    def _found_states(self) -> list[str]:
         """Return those that motion and packets set in motion."""
         movable = self._end.scenario.environment.movable
         first = MOVING if movable else OF_DEVICES
-        states = [name for name in self._places if name[0].endswith(first)]
+        states = [name for name in self._places if unnumbered(name).endswith(first)]
         while True:
             weights = self._weights(states)
             large, small = np.abs(self._answers(ONE * np.array([weights, LESS * weights]), states))
@@ -147,35 +140,31 @@ class Response:
                 return states
             states = [name for name in self._places if name in found]
 
-    def _found_places(self) -> dict[StateName, int]:
+    def _found_places(self) -> dict[str, int]:
         """Return where a state may be: at numbers that do not follow from others."""
         marks = [0.5 + number for number in range(len(self._numbers))]
         left = numbers_in(self._end.followed(planted(self._rest, iter(marks))))
         rows = enumerate(zip(named(self._rest), self._numbers, marks, left, strict=True))
         return {
-            self._named(names): place
+            ".".join([self._end.name, *map(str, names)]): place
             for place, (names, value, mark, found) in rows
             if names[-1] not in WATCHING and math.isfinite(value) and found == mark
         }
 
-    def _named(self, names: tuple[str | int, ...]) -> StateName:
-        """Return the name of a number, and its axis: the last number among its names."""
-        last = max((at for at, each in enumerate(names) if isinstance(each, int)), default=None)
-        axis = 0 if last is None else int(names[last])
-        return ".".join(
-            [self._end.name, *(str(p) for i, p in enumerate(names) if i != last)]
-        ), axis
-
 
 def _signals(slot: Slot, values: Signals) -> list[Signal]:
-    """Return the numbers of a packet by name."""
-    pairs = zip(SIGNALS, values, strict=True)
-    return [Signal(slot, name, axis) for name, each in pairs for axis in range(len(each))]
+    """Return the numbers of a packet: of wave, position and extra signals."""
+    return [(slot, number) for number in range(sum(map(len, values)))]
 
 
-def placed(states: Iterable[StateName]) -> Flags:
+def placed(states: Iterable[str]) -> Flags:
     """Tell of every state whether it is one that gives a rigid motion ``(n,)``."""
-    return np.array([name.endswith(PLACED) for name, _ in states], dtype=np.bool_)
+    return np.array([unnumbered(name).endswith(PLACED) for name in states], dtype=np.bool_)
+
+
+def unnumbered(name: str) -> str:
+    """Return the name of a state without axes and other numbers."""
+    return re.sub(r"\.\d+", "", name)
 
 
 def named(value: Any, names: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:

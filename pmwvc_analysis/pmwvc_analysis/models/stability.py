@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stability from the exact model: spectral radius, largest stiffness, Z-width.
+"""Stability from the exact model: spectral radius and largest stiffness.
 
 The largest stiffness is the first crossing: everything below it is stable. Where it becomes stable
 again above, these islands are reported, too.
@@ -9,7 +9,7 @@ A question may cost some 4 s on one core, counted from sizes alone (ticks, state
 is done: so an answer never depends on how busy a machine is. What costs more is "not known".
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +21,6 @@ from pmwvc_analysis.models.loop import loop_of
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
@@ -31,8 +30,7 @@ ALLOWED = 4e9  # work of a question, about nanoseconds, as measured on one core 
 TICK = 4e4  # of one user in one tick, from one state
 STATES = 12  # of a user at either end, before they are counted
 EIGENVALUES = 10.0  # of a matrix, per n^3
-# Searches for the largest stiffness: evaluations, points a decade, relative precision and parts.
-SEARCHES = ((200, 10, 1e-6, 9), (80, 4, 1e-4, 5))
+EVALUATIONS, PER_DECADE = 200, 10  # of a search for the largest stiffness; points of its grid
 
 
 class UnknownError(PmwvcError, ValueError):
@@ -106,18 +104,15 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> St
         stiff = (with_stiffness(scenario, each) for each in stiffness)
         return np.asarray(stable(model_of(*stiff, live=live).radii()))
 
-    for evaluations, per_decade, within, parts in SEARCHES:
-        try:
-            model_of(with_stiffness(scenario, bound), live=live, evaluations=evaluations)
-        except UnknownError as error:
-            unknown = str(error)
-            continue
-        points = 1 + int(np.ceil(np.log10(bound / LOWEST) * per_decade))
-        changes = crossings(at, np.geomspace(LOWEST, bound, points), within=within, parts=parts)
-        values = [*(value for value, _ in changes), bound]
-        islands = list(zip(values[1::2], values[2::2], strict=False))
-        return StabilityLimit(values[0] if changes else None, bound, islands)
-    return StabilityLimit(None, bound, [], unknown)
+    try:
+        model_of(with_stiffness(scenario, bound), live=live, evaluations=EVALUATIONS)
+    except UnknownError as error:
+        return StabilityLimit(None, bound, [], str(error))
+    points = 1 + int(np.ceil(np.log10(bound / LOWEST) * PER_DECADE))
+    changes = crossings(at, np.geomspace(LOWEST, bound, points))
+    values = [*(value for value, _ in changes), bound]
+    islands = list(zip(values[1::2], values[2::2], strict=False))
+    return StabilityLimit(values[0] if changes else None, bound, islands)
 
 
 def crossings(
@@ -140,11 +135,3 @@ def crossings(
             low, high = ends[step], ends[step + 1]
         found.append((0.5 * (low + high), not begins))
     return found
-
-
-def z_width(
-    scenario: Scenario, damping: Sequence[float], *, live: bool = False, bound: float = BOUND
-) -> list[StabilityLimit]:
-    """Return the largest stiffness for each contact damping [N s/m] that can be rendered."""
-    walls = (varied(scenario, "server.contact_damping", b) for b in damping)
-    return [k_max(wall, live=live, bound=bound) for wall in walls]

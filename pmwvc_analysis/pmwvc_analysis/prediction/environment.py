@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rule that tells whether the port of a black-box environment has to limit it.
+"""The rule that tells whether a port that decodes late is passive at a wall, or has to limit it.
 
 A wall takes and returns no more than it got if and only if (backward Euler; theory: section 5)
 
@@ -11,7 +11,7 @@ the learned slope, else (K T_VE <= b/2) 0. Where that does not hold the energy o
 come from somewhere: a compensation takes it from the returning waves, and the rendered wall
 yields. Until a slope is learned (the first steps of the first contact) the rule is that without G.
 
-Equations: docs/theory.md 5.4.
+Equations: docs/theory.md 4.9, 5.4.
 """
 
 from typing import NamedTuple
@@ -21,54 +21,44 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COMPENSATIONS, least_impedance
 from pmwvc_core.wave.impedance import smallest
 
-MAY_LIMIT = (
-    "may limit the environment until it has learned its slope; from then on it is passive, and "
-    "repays the displacement."
-)
-WILL_LIMIT = (
-    "will limit the environment. The rendered stiffness is then lower, or the wall is lost."
-)
-
 
 class WallRule(NamedTuple):
-    """K T_VE + 2B of a wall, and b, c and G of its port [N s/m]."""
+    """K T_VE + 2B of a wall, c b + G of its port, and of that G [N s/m]."""
 
     needed: float
-    b: float
-    share: float
+    bound: float
     slope: float
 
     @property
     def met(self) -> bool:
-        """Tell whether the wall is not limited once its slope is learned."""
-        return self.needed <= self.share * self.b + self.slope
+        """Tell whether the rule holds once the wall's slope is learned."""
+        return self.needed <= self.bound
 
     @property
     def met_unlearned(self) -> bool:
-        """Tell whether it is not limited before, either."""
-        return self._replace(slope=0.0).met
-
-    @property
-    def bound(self) -> str:
-        """State c b + G with its value."""
-        name = f"{self.share:.2g} b" if self.share < 1.0 else "b"
-        plus = " + G" if self.slope else ""
-        return f"{name}{plus} = {self.share * self.b + self.slope:.3g} N s/m"
+        """Tell whether it holds before, too."""
+        return self.needed <= self.bound - self.slope
 
 
 def rule(user: User, scenario: Scenario) -> WallRule | None:
-    """Return the rule of a user's port that may limit; None where none is known: it is for a wall
-    that does not report its slope, with backward Euler.
+    """Return the rule of a user's port; None where none is known or needed: of a black box it is
+    for a wall that does not report its slope.
     """
     server, environment = scenario.server, scenario.environment
-    reported = not environment.spring or environment.sloped
-    if not may_limit(scenario) or reported or server.integrator != "backward_euler":
+    if server.integrator != "backward_euler":
         return None
+    if scenario.coupling.black_box and (not environment.spring or environment.sloped):
+        return None
+    treated = COMPENSATIONS.of(server.compensation)
+    alone = not scenario.coupling.black_box or treated.linear == treated.name
+    if not may_limit(scenario) and not (alone and decodes_late(scenario)):
+        return None
+    learns = scenario.coupling.black_box and server.learns
     stiff = float(user.contact.contact_stiffness) * server.period_s
     b = smallest(user.server_impedance)
-    share = 1.0 - 0.5 * REPAID if server.learns else 1.0
-    learned = stiff if server.learns and stiff > SOFT * b else 0.0
-    return WallRule(least_impedance(server, user.contact), b, share, learned)
+    learned = stiff if learns and stiff > SOFT * b else 0.0
+    bound = (1.0 - 0.5 * REPAID if learns else 1.0) * b + learned
+    return WallRule(least_impedance(server, user.contact), bound, learned)
 
 
 def decodes_late(scenario: Scenario) -> bool:
@@ -98,15 +88,12 @@ def limited(scenario: Scenario) -> bool | None:
 
 def lines(scenario: Scenario) -> list[str]:
     """Return a sentence for each user whose rule is not met."""
+    so = "late decoding may generate energy."
+    if may_limit(scenario):
+        so = "the server port will limit the environment: it is softer, or the wall is lost."
     rules = [(user.name, rule(user, scenario)) for user in scenario.users]
-    found = []
-    for name, own in rules:
-        if own is None or own.met_unlearned:
-            continue
-        bound = (own._replace(slope=0.0) if own.met else own).bound
-        words = MAY_LIMIT if own.met else WILL_LIMIT
-        needed = f"K T + 2B = {own.needed:.3g} N s/m, above {bound}"
-        found.append(f"{name}: {needed}: the server port {words}")
-    if limited(scenario) is None and any(own is None for _, own in rules):
-        found.append("It is unknown whether the server port will limit the environment.")
-    return found
+    return [
+        f"{name}: K T + 2B = {own.needed:.3g} N s/m, above {own.bound:.3g} N s/m: {so}"
+        for name, own in rules
+        if own is not None and not own.met
+    ]

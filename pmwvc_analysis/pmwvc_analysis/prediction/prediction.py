@@ -7,38 +7,23 @@ Stability, spectral radius and the largest contact stiffness are those of the ex
 delay. A nonlinear scenario has no such model; then stability is predicted only by a proof for any
 constant delay (:mod:`pmwvc_analysis.models.any_delay`), and only if the nearest linear scenario
 does not contradict it. Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
-
-Equations: docs/theory.md 4.9.
 """
 
+import contextlib
 import functools
-import math
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.answer import Exact, exact
 from pmwvc_analysis.models.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models.linear import Relative, left_out, relative
-from pmwvc_analysis.models.linearize import stable
-from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
-from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_mass, rendered_stiffness
 from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.couplings import COMPENSATIONS, least_impedance
 from pmwvc_core.wave import aliasing
-from pmwvc_core.wave.impedance import smallest
 
 ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
-
-
-class Exact(NamedTuple):
-    """Stability by the exact model."""
-
-    spectral_radius: float
-    stable: bool
-    limit: stability.StabilityLimit
 
 
 class StabilityAnswer(NamedTuple):
@@ -71,32 +56,23 @@ class StabilityAnswer(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def exact(scenario: Scenario, *, live: bool) -> Exact | str:
-    """Return stability by the exact model, or why there is no answer."""
-    try:
-        radius = float(stability.radii(scenario, live=live)[0])
-        limit = stability.k_max(scenario, live=live)
-    except PmwvcError as error:
-        return str(error)
-    return Exact(radius, stable(radius), limit)
-
-
-@functools.lru_cache(maxsize=64)
 def answer(scenario: Scenario, *, live: bool) -> StabilityAnswer:
     """Return everything known about the stability of a scenario."""
     near = relative(scenario)
-    found = exact(near.scenario if near else scenario, live=live)
-    model, unknown = (None, found) if isinstance(found, str) else (found, "")
+    model, unknown = None, ""
+    try:
+        model = exact(near.scenario if near else scenario, live=live)
+    except PmwvcError as error:
+        unknown = str(error)
     proof = any_delay(scenario, live=live)
     return StabilityAnswer(near, model, unknown, proof, environment.limited(scenario))
 
 
 def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
     """Return the growth of the slowest motion [1/s], negative: decay; None without a model."""
-    found = exact(scenario, live=live)
-    if isinstance(found, str) or found.spectral_radius <= 0.0:
-        return None
-    return math.log(found.spectral_radius) / (hyperperiod_ticks(scenario) * scenario.tick_s)
+    with contextlib.suppress(PmwvcError):
+        return exact(scenario, live=live).growth_per_s
+    return None
 
 
 def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
@@ -139,17 +115,3 @@ def aliasing_gain(user: User) -> float:
     return float(
         aliasing.worst_case_gain(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     )
-
-
-def one_step_bound(user: User, scenario: Scenario) -> bool | None:
-    """Tell whether K T_VE + 2B <= b holds, None where it does not apply: late decoding by backward
-    Euler, of a black box only that of a wall whose waves are not treated.
-    """
-    server, environment = scenario.server, scenario.environment
-    treated = COMPENSATIONS.of(server.compensation)
-    held = environment.spring and treated.linear == treated.name
-    if scenario.coupling.black_box and not held:
-        return None
-    if not decodes_late(scenario) or server.integrator != "backward_euler":
-        return None
-    return least_impedance(server, user.contact) <= smallest(user.server_impedance)

@@ -4,29 +4,21 @@
 
 Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes`.
 
-Encoders. On the plain channel, with steps q, the positions measured have the rounding error e,
-evenly spread over q where a grip chatters over several counts. What the anti-aliasing filter H
-lets through of the difference quotient (e_k - e_{k-1})/T_c is in the packets; the environment gets
-
-    P = b q^2/(12 T_c^2) mean of |1 - 1/z|^2 |H|^2 over all frequencies
-
-On the strict channel :mod:`pmwvc_core.master.count_bound` bounds what the port of a hand releases.
-
-Equations: docs/theory.md 14.4.
+On the strict channel :mod:`pmwvc_core.master.count_bound` bounds what the port of a hand releases
+behind a coarse encoder.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from pmwvc_analysis.budget.criterion import behind_counts, held
 from pmwvc_analysis.budget.energy import declared
+from pmwvc_analysis.models.answer import Exact
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment, prediction
 from pmwvc_analysis.prediction.lag import lag_is_known
-from pmwvc_analysis.prediction.rendering import press_lines, rendering_lines
-from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
+from pmwvc_analysis.prediction.rendering import rendering_lines
+from pmwvc_core.controllers.library import proofs_hold, record_of
 from pmwvc_core.controllers.record import loop_of
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.network.effects import active
@@ -34,10 +26,7 @@ from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
-from pmwvc_core.wave.filter_design import response
-from pmwvc_core.wave.impedance import largest
 
-POINTS = 16384  # frequencies of a mean
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
     "(channel = strict); no stability margin over delay is computed."
@@ -58,15 +47,9 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     else:
         found.append(scenario.coupling.words)
     found += _no_effect_lines(scenario) if scenario.strict else _aliasing_lines(scenario)
-    found += [
-        f"{user.name}: K T + 2B > b: late decoding may generate energy."
-        for user in users
-        if prediction.one_step_bound(user, scenario) is False
-    ]
     found += environment.lines(scenario)
-    found += [line for user in users for line in press_lines(user, scenario, live=live)]
     found += [STRICT] if scenario.strict else _delay_lines(known)
-    return found + _device_lines(scenario) + encoder_lines(scenario)
+    return found + _storage_lines(scenario) + encoder_lines(scenario)
 
 
 def _delay_lines(known: prediction.StabilityAnswer) -> list[str]:
@@ -163,37 +146,19 @@ def _stability_lines(scenario: Scenario, known: prediction.StabilityAnswer) -> l
     return [f"No exact model, not linear: {elements}.", near]
 
 
-def _stability(model: prediction.Exact) -> str:
+def _stability(model: Exact) -> str:
     word = "Stable" if model.stable else "NOT stable"
     return f"{word}: spectral radius {model.spectral_radius:.5g}; {model.limit.text}"
 
 
-def _device_lines(scenario: Scenario) -> list[str]:
-    """Return the declared storage of each port, and the noise of its encoder."""
-    found = []
-    samples = has_waves(scenario.controller) and not scenario.strict
-    for user in scenario.users:
-        if (stored := sum(declared(scenario, user))) > 0.0:
-            found.append(f"{user.name}: declared storage {1e3 * stored:.3g} mJ.")
-        if samples and (noise_w := encoder_noise_w(user)) > 0.0:
-            found.append(
-                f"{user.name}: where a grip chatters between counts of its encoder, the waves "
-                f"carry {1e3 * noise_w:.2g} mW of noise that is not the hand's; the hand port is "
-                "not passive by as much."
-            )
-    return found
-
-
-def encoder_noise_w(user: User) -> float:
-    """Return the power of an encoder's noise in the packets of a user [W]."""
-    device, master = user.device, user.master
-    if not device.differences or device.encoder_step_m <= 0.0:
-        return 0.0
-    tick_s, turn = master.tick_s, np.arange(POINTS) / POINTS
-    passed = response(master.filter, turn / tick_s, tick_s=tick_s, rate_drop=master.rate_drop)
-    differenced = np.mean(np.abs(2.0 * np.sin(np.pi * turn) * passed) ** 2)
-    variance = float(device.encoder_step_m) ** 2 / 12.0 / tick_s**2
-    return float(largest(user.in_contact.impedance) * variance * differenced)
+def _storage_lines(scenario: Scenario) -> list[str]:
+    """Return the declared storage of each port."""
+    stored = {user.name: sum(declared(scenario, user)) for user in scenario.users}
+    return [
+        f"{name}: declared storage {1e3 * energy_j:.3g} mJ."
+        for name, energy_j in stored.items()
+        if energy_j > 0.0
+    ]
 
 
 def encoder_lines(scenario: Scenario) -> list[str]:

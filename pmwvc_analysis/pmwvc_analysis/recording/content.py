@@ -154,9 +154,8 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
 
 def is_of_hand(message: RawMessage) -> bool:
     """Tell whether a message is on one of the topics of a hand."""
-    end = "/hand/held" if message.type_name == schemas.FLAG else "/hand/target"
-    of_hand = message.type_name in (schemas.POSE, schemas.POINT, schemas.FLAG)
-    return of_hand and message.topic.endswith(end)
+    ends = {schemas.FLAG: "/hand/held", schemas.POSE: "/hand/target"}
+    return message.type_name in ends and message.topic.endswith(ends[message.type_name])
 
 
 def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, HandTargets]:
@@ -172,10 +171,9 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
             point = None if counts[user] else NOWHERE
         elif counts.get(user, True):
             with contextlib.suppress(Exception):  # no pose: rosbags raises many kinds
-                place = schemas.typestore().deserialize_cdr(message.data, message.type_name)
-                at = place.point if hasattr(place, "point") else place.pose.position
-                point = at.x, at.y, at.z
-                q = unit(astuple(place.pose.orientation)[:4], q) or q
+                place = schemas.typestore().deserialize_cdr(message.data, schemas.POSE).pose
+                point = place.position.x, place.position.y, place.position.z
+                q = unit(astuple(place.orientation)[:4], q) or q
         if point is not None:
             found.setdefault(user, []).append(((_arrived_ns(message) - zero_ns) * 1e-9, point, q))
     columns = {user: map(np.array, zip(*rows, strict=True)) for user, rows in found.items()}

@@ -6,8 +6,7 @@ lost.
 
 On a topic that a node publishes itself, a number that is not in the file was not recorded. Behind
 an emulated link a number may be absent because the link lost the packet: there, what the link
-reports it delivered is compared with what is in the file. And a packet that was sent, and of which
-the link knows nothing, never reached it: its two ends had not met.
+reports it delivered is compared with what is in the file.
 """
 
 import itertools
@@ -16,9 +15,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.content import Content
-from pmwvc_analysis.recording.topics import relayed, source_of
+from pmwvc_analysis.recording.topics import relayed
 from pmwvc_core.network.in_flight import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Flags
@@ -100,47 +100,20 @@ def came_out(fates: FateTraces) -> Flags:
 
 def topic_counts(
     content: Content, fates: Mapping[str, FateTraces], packets: Mapping[str, PacketTraces]
-) -> tuple[dict[str, dict[str, int]], list[dict[str, Any]]]:
-    """Return ``messages``, ``missing`` and, where there are any, ``not_relayed`` by topic, and as
-    events which packets never reached their link.
-    """
+) -> dict[str, dict[str, int]]:
+    """Return ``messages`` and ``missing`` by topic."""
     counts: dict[str, dict[str, int]] = {}
     for topic, messages in content.messages.items():
         missing = sum(missing for missing, _ in content.gaps(topic).values())
         if known := fates.get(relayed(topic) or ""):
             whole = came_out(known) & (known.cause != Cause.CORRUPTION)
+            delivered = set(_numbers(known.epoch[whole], known.seq[whole]))
             here = packets.get(topic)
-            missing = len(_numbers(known, whole) - (_numbers(here) if here else set()))
+            missing = len(delivered.difference(_numbers(here.epoch, here.seq) if here else ()))
         counts[topic] = {"messages": messages, "missing": missing}
-    events: list[dict[str, Any]] = []
-    for link, known in fates.items():
-        if (sent := packets.get(source_of(link))) is None or not len(known.seq):
-            continue
-        count, first = not_relayed(sent, known)
-        if count:
-            counts[sent.topic]["not_relayed"] = count
-            time_s = float(sent.time_s[np.argmax(sent.seq == first)])
-            what = f"{count} packets of {sent.topic} never reached it, from number {first} on"
-            events.append({"time_s": time_s, "who": link, "kind": "link", "what": what})
-    return counts, events
+    return counts
 
 
-def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:
-    """Return how many packets of a topic never reached the link behind it, and the first of them.
-
-    Judged are those up to the last one that the link knows of each sender. Records of fates that
-    are missing themselves may have been of such packets: these are not counted.
-    """
-    known = _numbers(fates)
-    last = dict(sorted(known))  # by sender
-    absent = sorted(seq for epoch, seq in _numbers(packets) - known if seq <= last.get(epoch, 0))
-    unknown = int(fates.number[-1]) - len(fates.number)
-    return max(len(absent) - unknown, 0), absent[0] if absent else 0
-
-
-def _numbers(traces: PacketTraces | FateTraces, rows: Flags | None = None) -> set[tuple[int, int]]:
+def _numbers(epoch: NDArray[Any], seq: NDArray[Any]) -> Iterator[tuple[int, int]]:
     """Return sender's epoch and number of packets."""
-    columns = (
-        (traces.epoch, traces.seq) if rows is None else (traces.epoch[rows], traces.seq[rows])
-    )
-    return set(zip(*(column.tolist() for column in columns), strict=True))
+    return zip(epoch.tolist(), seq.tolist(), strict=True)

@@ -24,7 +24,6 @@ from pmwvc_core.scenario.scenario import PARAMETERS
 from pmwvc_core.traces import ServerTraces, UserTraces
 
 KINDS = ("master", "server", "netem", "recorder")
-MOST_EVENTS = 100
 MOST_NAMES = 4  # in one event
 EARLY_S = 0.0005  # before the tick or step that took a change over: it counts from there on
 SAME_S = 1e-9  # an event and the look that took it over may be of one instant
@@ -129,9 +128,6 @@ def parameter_changes(
             what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
             who = " ".join(node.strip("/").split("/")[-2:])
             found.append({"time_ns": at_ns, "who": who, "kind": "parameter", "what": what})
-    if (more := len(found) - MOST_EVENTS) > 0:
-        what = f"{more} more changes of parameters"
-        found[MOST_EVENTS:] = [{"who": "session", "kind": "parameter", "what": what}]
     return found, settings
 
 

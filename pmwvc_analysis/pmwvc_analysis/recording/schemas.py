@@ -25,7 +25,6 @@ SERVER_TRACE = "pmwvc_msgs/msg/ServerTrace"
 PACKET_FATE = "pmwvc_msgs/msg/PacketFate"
 RECEPTION = "pmwvc_msgs/msg/Reception"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
-POINT = "geometry_msgs/msg/PointStamped"  # of a hand, before orientations were recorded
 POSE = "geometry_msgs/msg/PoseStamped"
 FLAG = "std_msgs/msg/Bool"
 TEXT = "std_msgs/msg/String"

@@ -152,7 +152,7 @@ def _record(
     fates = traces.fates.get(name)
     zero_ns = traces.metadata.get("fate_zero_ns", {}).get(name, 0)
     instants = _instants(traces.taken[name], loop)
-    own = own_sender(traces, name)
+    own = _own_sender(traces, name)
     record: dict[int, list[RecordedFate]] = defaultdict(list)
     if fates is not None:
         # in the order of sending, copies behind their packet
@@ -192,7 +192,7 @@ def _instants(taken: TakenTraces, loop: LoopTimes) -> dict[tuple[int, int], dequ
     return found
 
 
-def own_sender(traces: SessionTraces, name: str) -> int:
+def _own_sender(traces: SessionTraces, name: str) -> int:
     """Return the first start of a link's sender: the lowest bits of its epoch."""
     for known in (traces.packets.get(source_of(name)), traces.fates.get(name)):
         if known is not None and len(known.epoch):

@@ -7,7 +7,6 @@ Ends of different impedance are a transformer: a force f of the device is n f at
 n = sqrt(B_server) sqrt(B_master)^-1, with numbers n^2 = b_server/b_master.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from pmwvc_analysis.models.linear import axes_of
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.impedance import transformation
 
 
 def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
@@ -53,8 +51,8 @@ def _roots(user: User) -> tuple[Any, Any]:
 
 
 def press_notes(scenario: Scenario, user: int, forces: Array, *, balanced: bool) -> list[str]:
-    """Return what is pressed against what, and that ends of a link are a transformer."""
-    own, axes = scenario.users[user], axes_of(scenario)
+    """Return what is pressed against what."""
+    own = scenario.users[user]
     others = [
         other.name
         for other, force in zip(scenario.users, forces, strict=True)
@@ -62,19 +60,9 @@ def press_notes(scenario: Scenario, user: int, forces: Array, *, balanced: bool)
     ]
     against = f"{own.name} presses against {' and '.join(others)}"
     if not scenario.environment.movable:
-        found = [f"{own.name} presses against the wall."]
-    elif not others:
-        found = [f"{own.name} pushes the object alone."]
-    elif balanced:
-        found = [f"{against}, so the object stays at rest."]
-    else:
-        found = [f"{against}; their forces do not balance at the object."]
-    if not has_waves(scenario.controller):
-        return found
-    scale = math.sqrt(transformation(own.impedance, own.server_impedance))
-    if axes == 1 and not math.isclose(scale, 1.0):
-        found.append(
-            f"The ends have different impedance: the device moves {scale:.3g} times as far as its "
-            f"avatar, with 1/{scale:.3g} of its force; the ideal coupling does not."
-        )
-    return found
+        return [f"{own.name} presses against the wall."]
+    if not others:
+        return [f"{own.name} pushes the object alone."]
+    if balanced:
+        return [f"{against}, so the object stays at rest."]
+    return [f"{against}; their forces do not balance at the object."]

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.linear import axes_of, notes_of
 from pmwvc_analysis.models.linearize import build, spectral_radius, stable
 from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
@@ -70,11 +70,6 @@ class Transparency:
     notes: list[str]
     source: str = "model"  # or "measured", by simulated sessions: without curves
 
-    @property
-    def impedance(self) -> Complex:
-        """Force per velocity, (points,) [N s/m]."""
-        return np.asarray(1.0 / (2j * np.pi * self.frequency_hz * self.admittance))
-
 
 def transparency(
     scenario: Scenario,
@@ -90,7 +85,6 @@ def transparency(
     """
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
-    forces = pressing(scenario, user, axis)
     radius = float(stability.radii(scenario, live=live)[0])
     if not stable(radius):
         remedy = "the coupling 'implicit' and more filtering allow more"
@@ -100,31 +94,40 @@ def transparency(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
             f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
         )
-    model = build(scenario, live=live)
-    link = _rendered(model, user, axis, forces)
-    balanced = link.admittance_dc is not None
+    of: dict[str, Any] = {"user": user, "axis": axis}
+    link, admittance = _side(build(scenario, live=live), frequency_hz, **of)
+    balanced, axes = link.admittance_dc is not None, axes_of(scenario)
+    forces = pressing(scenario, user, axis)
     notes = notes_of(scenario) + press_notes(scenario, user, forces, balanced=balanced)
-    if balanced and model.dof > 1:
+    if not balanced:
+        notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
+    elif axes > 1:
         notes.append(
-            f"Along axis {axis + 1} of {model.dof}, the other axes free: the impedance matrix "
-            "couples them."
+            f"Along axis {axis + 1} of {axes}, the other axes free: the impedance matrix couples "
+            "them."
         )
-    direct = ideal_of(scenario)
-    ideal, ideal_admittance = Rendering(), np.full(len(frequency_hz), np.nan + 0j)
+    direct, ideal, perfect = (
+        ideal_of(scenario),
+        Rendering(),
+        np.full(len(frequency_hz), np.nan + 0j),
+    )
     if stable(float(stability.radii(direct)[0])):
-        perfect = build(direct)
-        steady = pressing(direct, user, axis)
-        ideal = _rendered(perfect, user, axis, steady)
-        ideal_admittance = response(perfect, frequency_hz, user=user, forces=steady, axis=axis)
+        ideal, perfect = _side(build(direct), frequency_hz, **of)
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
         )
-    if not balanced:
-        notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
-    frequency_hz, name = np.asarray(frequency_hz, dtype=float), scenario.users[user].name
+    name = scenario.users[user].name
+    return Transparency(name, axis, frequency_hz, admittance, perfect, link, ideal, notes)
+
+
+def _side(
+    model: LinearLoop, frequency_hz: Array, *, user: int, axis: int
+) -> tuple[Rendering, Complex]:
+    """Return what one coupling renders in a steady press, and its admittance."""
+    forces = pressing(model.scenario, user, axis)
     admittance = response(model, frequency_hz, user=user, forces=forces, axis=axis)
-    return Transparency(name, axis, frequency_hz, admittance, ideal_admittance, link, ideal, notes)
+    return _rendered(model, user, axis, forces), admittance
 
 
 def ideal_of(scenario: Scenario) -> Scenario:

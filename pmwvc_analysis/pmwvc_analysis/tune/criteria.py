@@ -3,8 +3,8 @@
 """The criteria by which impedance, filter and hold are chosen: margin, feel, noise.
 
 **Margin**: spectral radius of the exact model, in touch and with nothing touched (then every wave
-comes back, and a device without damping is damped by filter and hold alone), largest contact
-stiffness, aliasing, and whether every part is passive by itself.
+comes back, and a device without damping is damped by filter and hold alone), aliasing, and whether
+every part is passive by itself.
 
 **Feel**: stiffness of a steady press and mass in free motion, from the exact model, beside those
 of the ideal coupling, in changes that people just notice (some 23 %); the mass with that of the
@@ -118,8 +118,6 @@ class Rating:
     stable: bool  # in touch and free
     spectral_radius: float  # in touch
     free_radius: float  # with nothing touched
-    linear: Scenario  # with the choice: the nearest one that is linear
-    live: bool  # with the phases of a live session
     passive: bool
     aliasing_gain: float | None  # None: nothing is sampled (the strict channel)
     lag_s: float | None  # None: not known of code from another package
@@ -157,8 +155,6 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         stable=stable(max(in_touch, free)),
         spectral_radius=in_touch,
         free_radius=free,
-        linear=linear,
-        live=live,
         passive=proof is not None and proof.proved,
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=None if outside(chosen) else lag.lag_s(user, chosen, live=live),

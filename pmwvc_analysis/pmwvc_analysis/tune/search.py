@@ -9,21 +9,19 @@ An impedance stays between the least that keeps a one-step-delay port passive (K
 and a quarter of what the force loop itself stands at a matched port, b T_c/m = 2; and one step d
 of an encoder to and fro passes the slew limit, 2 b d/T_c <= max_slew T_c.
 
-The best choice is then simulated with the scenario's own hands. One that is not stable there, or
-limited by safety, gives way to the next best, and at last to a smaller impedance.
+The best choices are then simulated with the scenario's own hands, until one is stable there and
+not limited by safety; else all of them are tried with a smaller impedance.
 """
 
 import contextlib
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import behind_counts
-from pmwvc_analysis.models.linear import Element, nonlinear
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune import criteria
 from pmwvc_analysis.tune.criteria import Choice, Rating
@@ -36,6 +34,7 @@ from pmwvc_core.wave.impedance import first_axis
 from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
 STEP = 1.5  # factor between the alternatives
+TRIED = 3  # choices that are simulated at each impedance
 HOLDS = ("foh", "zoh")
 FOLLOWS = "b follows contact"  # on the strict channel
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
@@ -45,14 +44,12 @@ Bounds = tuple[float, float]  # [N s/m]
 
 class Proposal(NamedTuple):
     """The proposed choice, and others by name: as given, stiffer, lighter, other filters and
-    holds; ``bounds`` are the impedances examined [N s/m], ``elements`` what no linear model
-    covers.
+    holds; ``bounds`` are the impedances examined [N s/m].
     """
 
     best: Rating
     others: dict[str, Rating]
     bounds: Bounds
-    elements: list[Element]
 
 
 def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
@@ -70,73 +67,69 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             f"{scenario.name}: controller = {record.name}: has no exact model to tune it by; "
             "tune controller = pmwvc, and check the result with 'pmwvc simulate'"
         )
-    bounds, filters = bounds_of(scenario), filters_of(scenario)
-    user = scenario.users[0]
-    holds = (user.master.hold,) if scenario.strict else HOLDS
-    rows: dict[Key, Rating] = {}
-    for name, hold in itertools.product(filters, holds):
-        choice = best_impedance(scenario, filters[name], hold, bounds, live=live)
-        rows[name, hold] = criteria.rated(scenario, choice, live=live)
-        if scenario.strict:
-            two = two_impedances(scenario, choice, bounds, live=live)
-            rows[FOLLOWS, hold] = criteria.rated(scenario, two, live=live)
-    if all(row.cost is None for row in rows.values()):
-        for key, row in rows.items():
-            lower = lowered(scenario, row.choice, bounds, live=live)
-            rows[key] = next((each for each in lower if each.cost is not None), row)
-    usable = {key: row for key, row in rows.items() if row.cost is not None}
-    if not usable:
-        raise PmwvcError(
-            f"{scenario.name}: no impedance from {bounds[0]:.3g} N s/m up is stable with any "
-            "filter, in contact and in free motion; make the environment softer or "
-            "server.period_s shorter, give device.damping, or take server.coupling = implicit "
-            "where it is another"
-        )
-    passive = {key: row for key, row in usable.items() if row.passive} or usable
-    for key, row in _tries(scenario, passive, bounds, live=live):
-        best_key, best = key, criteria.judged(scenario, row)
-        if best.simulated == criteria.STABLE:
-            break
-    else:
-        raise PmwvcError(
-            f"{scenario.name}: nothing is proposed: every choice that the model calls stable is "
-            f"'{best.simulated}' when simulated; 'pmwvc simulate' shows why. A finer encoder, a "
-            "softer environment or a gentler hand may help"
-        )
-    master = user.master
+    bounds, simulated = bounds_of(scenario), ""
+    choices = choices_of(scenario, bounds, live=live)
+    while choices:
+        rows = {key: criteria.rated(scenario, one, live=live) for key, one in choices.items()}
+        for key in _best_first(rows)[:TRIED]:
+            best = criteria.judged(scenario, rows[key])
+            if best.simulated == criteria.STABLE:
+                others = _others(scenario, best, rows, key, bounds, live=live)
+                return Proposal(best, others, bounds)
+            simulated = f" ('{best.simulated}' when simulated)"
+        lower = ((key, one) for key, one in choices.items() if one.impedance > bounds[0])
+        choices = {key: one.times(1.0 / STEP, bounds) for key, one in lower}
+    raise PmwvcError(
+        f"{scenario.name}: no impedance from {bounds[0]:.3g} N s/m up is stable with any filter, "
+        f"in contact and in free motion{simulated}; make the environment softer or "
+        "server.period_s shorter, give device.damping, take server.coupling = implicit where it "
+        "is another, or a finer encoder"
+    )
+
+
+def choices_of(scenario: Scenario, bounds: Bounds, *, live: bool) -> dict[Key, Choice]:
+    """Return every filter and hold with its best impedance."""
+    found: dict[Key, Choice] = {}
+    holds = (scenario.users[0].master.hold,) if scenario.strict else HOLDS
+    for (name, one), hold in itertools.product(filters_of(scenario).items(), holds):
+        found[name, hold] = best_impedance(scenario, one, hold, bounds, live=live)
+    if scenario.strict:
+        ((key, one_b),) = found.items()
+        found[FOLLOWS, key[1]] = two_impedances(scenario, one_b, bounds, live=live)
+    return found
+
+
+def _best_first(rows: dict[Key, Rating]) -> list[Key]:
+    """Return the choices that are stable in the model: proved ones first, then by cost."""
+    costs = {key: row.cost for key, row in rows.items() if row.cost is not None}
+    return sorted(costs, key=lambda key: (not rows[key].passive, round(costs[key], 3), key))
+
+
+def _others(
+    scenario: Scenario,
+    best: Rating,
+    rows: dict[Key, Rating],
+    chosen: Key,
+    bounds: Bounds,
+    *,
+    live: bool,
+) -> dict[str, Rating]:
+    """Return what stands beside a proposal: the scenario as given, and one step each way."""
+    user, master = scenario.users[0], scenario.users[0].master
     both = first_axis(user.impedance), master.filter, master.hold, master.contact_impedance
     given = Choice(*both, as_given=True)
-    others = {"as given": criteria.judged(scenario, criteria.rated(scenario, given, live=live))}
+    found = {"as given": criteria.judged(scenario, criteria.rated(scenario, given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         choice = best.choice.times(factor, bounds)
         if choice != best.choice:
-            others[label] = criteria.rated(scenario, choice, live=live)
+            found[label] = criteria.rated(scenario, choice, live=live)
     for (name, hold), row in rows.items():
-        if (name == best_key[0]) != (hold == best_key[1]):  # one of both differs
-            others[name if scenario.strict else f"{name}, {hold}"] = row
-    return Proposal(best, others, bounds, nonlinear(scenario))
+        if (name == chosen[0]) != (hold == chosen[1]):  # one of both differs
+            found[name if scenario.strict else f"{name}, {hold}"] = row
+    return found
 
 
-def _tries(
-    scenario: Scenario, rows: dict[Key, Rating], bounds: Bounds, *, live: bool
-) -> Iterator[tuple[Key, Rating]]:
-    """Yield the choices from the best on, then the best one with less and less impedance."""
-    order = sorted(rows, key=lambda key: (round(rows[key].cost or 0.0, 3), key))
-    yield from ((key, rows[key]) for key in order)
-    best = rows[order[0]]
-    for row in lowered(scenario, best.choice, bounds, live=live):
-        if row.stable and row.passive >= best.passive:
-            yield order[0], row
-
-
-def lowered(scenario: Scenario, choice: Choice, bounds: Bounds, *, live: bool) -> Iterator[Rating]:
-    """Yield the ratings of a choice with less and less impedance."""
-    while choice.impedance > bounds[0]:
-        choice = choice.times(1.0 / STEP, bounds)
-        yield criteria.rated(scenario, choice, live=live)
-
-
-def bounds_of(scenario: Scenario) -> tuple[float, float]:
+def bounds_of(scenario: Scenario) -> Bounds:
     """Return the least and the largest impedance to look at [N s/m]."""
     step, coupled = criteria.velocity_step(scenario), scenario.coupling.least_impedance
     least, most = [LEAST], []

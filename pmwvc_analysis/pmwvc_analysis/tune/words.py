@@ -3,19 +3,16 @@
 """A proposal as plain data, and as a table."""
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
 from pmwvc_analysis.budget.criterion import behind_counts, bounded, passive_by_account
-from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import left_out
+from pmwvc_analysis.models.linear import left_out, nonlinear
 from pmwvc_analysis.tune import criteria
 from pmwvc_analysis.tune.criteria import Rating
 from pmwvc_analysis.tune.search import Proposal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
 
-k_max = lru_cache(maxsize=32)(stability.k_max)  # most of the work, for what is shown alone
 COLUMNS: tuple[tuple[str, str, Callable[[Rating], float | None]], ...] = (
     ("b", "N s/m", lambda row: row.choice.impedance),
     ("in touch", "N s/m", lambda row: row.choice.contact or row.choice.impedance),
@@ -24,7 +21,6 @@ COLUMNS: tuple[tuple[str, str, Callable[[Rating], float | None]], ...] = (
     ("mass", "kg", lambda row: row.mass_felt),
     ("noise", "mN", lambda row: 1e3 * row.noise_n),
     ("aliasing", "-", lambda row: row.aliasing_gain),
-    ("K max", "N/m", lambda row: k_max(row.linear, live=row.live).first),
     ("cost", "JND", lambda row: row.cost),
 )
 
@@ -33,7 +29,7 @@ def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
     """Return the document of ``--json``."""
     return {
         "scenario": scenario.name,
-        "not_linear": [element.text for element in found.elements],
+        "not_linear": [element.text for element in nonlinear(scenario)],
         "bounds": list(found.bounds),
         "best": _plain(scenario, found.best),
         "others": {label: _plain(scenario, row) for label, row in found.others.items()},
@@ -41,9 +37,7 @@ def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
 
 
 def _plain(scenario: Scenario, row: Rating) -> dict[str, Any]:
-    limit, hidden = k_max(row.linear, live=row.live), ("choice", "linear", "live")
-    numbers = {name: value for name, value in vars(row).items() if name not in hidden}
-    numbers |= {"k_max": limit.first, "k_max_unknown": limit.unknown}
+    numbers = {name: value for name, value in vars(row).items() if name != "choice"}
     return {"settings": row.choice.settings(scenario), **numbers}
 
 
@@ -53,12 +47,12 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     impedance = scenario.users[0].impedance
     matrix = impedance if isinstance(impedance, MatrixImpedance) else None
     lines = [f"{scenario.name}: what each choice renders to the first user"]
-    if found.elements:
-        elements = ", ".join(dict.fromkeys(element.text for element in found.elements))
-        instead = ", ".join(dict.fromkeys(element.setting for element in found.elements))
-        lines.append(f"  not linear: {elements}; stiffness, mass, K max computed with {instead}")
+    if left := nonlinear(scenario):
+        elements = ", ".join(dict.fromkeys(element.text for element in left))
+        instead = ", ".join(dict.fromkeys(element.setting for element in left))
+        lines.append(f"  not linear: {elements}; stiffness and mass computed with {instead}")
     if effects := left_out(scenario):
-        lines.append(f"  left out of stability and K max: {'; '.join(effects)}")
+        lines.append(f"  left out of stability: {'; '.join(effects)}")
     lines += _table(scenario, rows, matrix)
     if scenario.strict:
         lines.append(
@@ -105,8 +99,6 @@ def _table(
         cells = {head: "-" if at is None else f"{at:.3g}" for head, at in values.items()}
         if matrix and row.choice.as_given:
             cells["b"] = "matrix"
-        if values["K max"] is None:
-            cells["K max"] = "?" if k_max(row.linear, live=row.live).unknown else "none"
         passive = row.passive or (row.stable and _by_account(row.choice.applied(scenario)))
         word = "  NOT stable" if not row.stable else "" if passive else "  not proved passive"
         if row.simulated not in (None, criteria.STABLE):

@@ -79,7 +79,6 @@ def summary(
             "messages": {topic: count["messages"] for topic, count in counts},
             "missing": {topic: count["missing"] for topic, count in counts},
             "holes": [hole._asdict() for hole in missing],
-            "not_relayed": {t: n["not_relayed"] for t, n in counts if "not_relayed" in n},
         },
         "alignment": traces.metadata.get("alignment", {}),
         "events": seen,

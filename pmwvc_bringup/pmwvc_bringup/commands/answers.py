@@ -3,40 +3,12 @@
 """Commands that answer from the exact model, before any session."""
 
 import argparse
-import math
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing
-from pmwvc_core.errors import PmwvcError
-
-if TYPE_CHECKING:
-    from pmwvc_core.scenario.scenario import Scenario
 
 
-HIGHEST = 1e12  # contact stiffness that may be asked for [N/m]
-MOST_STIFF = "largest contact stiffness to search, in N/m (default: 1e6)"
-DAMPINGS = "contact dampings in N s/m: the largest stiffness for each (Z-width)"
-
-
-def _numbers(text: str) -> list[float]:
-    """Return the dampings of an option."""
-    try:
-        found = [float(each) for each in text.split(",")]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text}: numbers joined by commas, as 0,5,10") from None
-    if any(not 0.0 <= each < math.inf for each in found):
-        raise argparse.ArgumentTypeError(f"{text}: contact damping is >= 0 N s/m")
-    return found
-
-
-@cli.command(
-    *cli.MODEL,
-    cli.argument("--bound", MOST_STIFF, type=float, default=1e6, metavar="K"),
-    cli.argument("--damping", DAMPINGS, type=_numbers, metavar="B,..."),
-    cli.JSON,
-)
+@cli.command(*cli.MODEL, cli.JSON)
 def stability(arguments: argparse.Namespace) -> cli.Result:
     """Compute stability and the largest stable contact stiffness from the exact model.
 
@@ -44,52 +16,24 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
       pmwvc stability carry_16ms
       pmwvc stability carry_16ms --set server.coupling=one_frame_late --set link.delay_s=0.024
       pmwvc stability my_scenario.yaml --users 3 --json
-      pmwvc stability wall --damping 0,5,10
 
     Exact with hands off and all contacts touching.
 
-    --damping gives the Z-width: the largest stable contact stiffness for each contact damping.
-    Keys of its --json: scenario, z_width (damping, k_max, k_max_unknown).
-
     Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
     k_max_bound, k_max_unknown (why it is not known), islands, rigid_body_modes, states,
-    hyperframe_ticks, slowest, notes.
+    hyperperiod_ticks, growth_per_s (negative: decays), notes.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.models.answer import answer, sentences
-    from pmwvc_analysis.models.stability import LOWEST
 
-    bound = arguments.bound
-    if not LOWEST < bound <= HIGHEST:
-        raise PmwvcError(f"--bound {bound:g}: must be > {LOWEST:g} and <= 1e12 N/m")
-    if arguments.damping is not None:
-        return _z_width(scenario, arguments, bound)
     with doing("computing the stability"):
-        found = answer(scenario, live=arguments.live, bound=bound)
-    print(*sentences(found), sep="\n")
+        found = answer(scenario, live=arguments.live)
+        lines = sentences(scenario, live=arguments.live)
+    print(*lines, sep="\n")
     return cli.Result(document=found)
 
 
-def _z_width(scenario: "Scenario", arguments: argparse.Namespace, bound: float) -> cli.Result:
-    """Print the largest stable contact stiffness for each contact damping."""
-    from pmwvc_analysis.models.stability import z_width
-
-    dampings = arguments.damping
-    with doing("computing the Z-width"):
-        limits = z_width(scenario, dampings, live=arguments.live, bound=bound)
-    print(f"{scenario.name}: Z-width")
-    rows = []
-    for b, limit in zip(dampings, limits, strict=True):
-        rows.append({"damping": b, "k_max": limit.first, "k_max_unknown": limit.unknown})
-        print(f"  B = {b:g} N s/m: {limit.text}")
-    return cli.Result(document={"scenario": scenario.name, "z_width": rows})
-
-
-@cli.command(
-    *cli.MODEL,
-    cli.OUT.but("YAML file for the scenario with the proposal", metavar="FILE"),
-    cli.JSON,
-)
+@cli.command(*cli.MODEL, cli.JSON)
 def tune(arguments: argparse.Namespace) -> cli.Result:
     """Propose impedance, filter and hold for a link and an environment.
 
@@ -97,34 +41,18 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
       pmwvc tune carry_16ms
       pmwvc tune wall --set link.delay_s=0.03 --set server.contact_stiffness=500
       pmwvc tune carry_24ms --live --json
-      pmwvc tune carry_24ms --out tuned.yaml && pmwvc simulate tuned.yaml
 
-    Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain),
-    rendered stiffness and mass beside the ideal, force noise by encoder steps
-    (device.encoder_step_m, or 10 um). Nonlinear elements are left out of the exact model and
-    named. Keys of --json: scenario, not_linear, bounds, best, others; see docs/tuning.md.
+    Criteria: margin (proved at any delay, spectral radius, aliasing gain), rendered stiffness and
+    mass beside the ideal, force noise by encoder steps (device.encoder_step_m, or 10 um).
+    Nonlinear elements are left out of the exact model and named. Keys of --json: scenario,
+    not_linear, bounds, best, others; see docs/tuning.md.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.tune import words
     from pmwvc_analysis.tune.search import propose
-    from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
 
-    path = arguments.out
-    if path is not None:  # refused before anything is computed
-        for wrong, why in (
-            (path.suffix not in SUFFIXES, f"must end in {' or '.join(SUFFIXES)}"),
-            (path.exists(), "is there already; give another name"),
-            (not path.parent.is_dir(), f"there is no folder {path.parent}"),
-        ):
-            if wrong:
-                raise PmwvcError(f"--out {path}: {why}")
     with doing("searching for the best impedance, filter and hold"):
         found = propose(scenario, live=arguments.live)
         lines = words.sentences(scenario, found)
     print(*lines, sep="\n")
-    if path is not None:
-        tuned = found.best.choice.applied(scenario)
-        text = f"{scenario.name} as tuned: {scenario.description}"
-        path.write_text(to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
-        print(f"written: {path}")
     return cli.Result(document=words.answer(scenario, found))

@@ -5,8 +5,6 @@
 """
 
 import argparse
-import math
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,10 +22,8 @@ VALUES: Any = {"action": "append", "default": [], "metavar": "NAME=A,B,..."}
 
 @cli.command(
     cli.SCENARIO, cli.USERS, cli.argument("--over", EACH, **VALUES),
-    cli.argument("--controllers", "the same as --over controller=A,B,...", metavar="A,B,..."),
     cli.DURATION.but("length of each session in s"),
     cli.SET.but("change a parameter of all; may be repeated"),
-    cli.LIVE.but("real nodes instead of virtual time"),
     cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
     cli.NO_FIGURES, cli.COMPARISON,
 )  # fmt: skip
@@ -37,43 +33,39 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     examples:
       pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
                                --over link.delay_s=0,0.016,0.024
-      pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
+      pmwvc compare carry_16ms --over controller=pmwvc,direct --duration 8
       pmwvc compare wall_slow --over server.compensation=printed,corrected,ledger
-      pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
+      pmwvc compare stiff_24ms --over master.impedance=15,25,40 --out /tmp/impedances
 
-    Every combination of the values runs with the same hands and the same fate of every packet (one
-    seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
-    tdpa and pspm are tuned by search for each combination, unless baseline.NAME.* is set: 120
-    settings are simulated for up to 20 s, which takes about 5 s of computing with two users; the
-    best are kept.
+    Every combination of the values runs in virtual time with the same hands and the same fate of
+    every packet (one seed). virtual_coupling, tdpa and pspm are tuned by search for each
+    combination, unless baseline.NAME.* is set: 120 settings are simulated for up to 20 s, which
+    takes about 5 s of computing with two users; the best are kept.
     """
     from pmwvc_bringup import comparison as report
     from pmwvc_bringup.session.surroundings import check, new_folder
 
-    source, over = arguments.scenario, [*arguments.over]
-    over += [f"controller={arguments.controllers}"] if arguments.controllers else []
-    limits = {"users": arguments.users, "duration_s": arguments.duration}
-    chosen = report.combinations(source, over, settings_texts=arguments.settings, **limits)
+    chosen = report.combinations(
+        arguments.scenario,
+        arguments.over,
+        settings_texts=arguments.settings,
+        users=arguments.users,
+        duration_s=arguments.duration,
+    )
     for one in chosen:
         check(one.scenario)
     name = chosen[0].scenario.name
     folder = new_folder(f"{name}-compare", arguments.out)
     console, figures = terminal(), arguments.figures
-    how = "live" if arguments.live else "simulated"
-    console.print(f"{name}: {count(len(chosen), 'session')}, {how}")
+    console.print(f"{name}: {count(len(chosen), 'session')}, simulated")
     with doing("searching the best parameters of controllers without waves") as work:
         chosen = report.tuned(chosen, work)
-    if arguments.live:
-        entries = report.live(chosen, folder, console, figures=figures)
-    else:
-        with doing("running") as work:
-            entries = report.simulated(chosen, folder, work)
+    with doing("running") as work:
+        entries = report.simulated(chosen, folder, work)
     return report.report(folder, f"Comparison of {name}", entries, console, figures=figures)
 
 
 MISSES = "does NOT reproduce the recording"
-KNOWN_S = 0.02  # after the first difference: a block is noted at its end
-MOST = 3  # causes named
 HAND = (
     "the scenario's hand, which reacts, or the recorded force (default: operator where the device "
     "was simulated)"
@@ -99,33 +91,28 @@ def replay_(arguments: argparse.Namespace) -> cli.Result:
     """
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session
-    from pmwvc_analysis.replay.run import replay, scenario_of
+    from pmwvc_analysis.replay.run import replay
     from pmwvc_bringup.comparison import print_report
     from pmwvc_bringup.scenarios import load
     from pmwvc_bringup.session.surroundings import new_folder
 
     source = arguments.folder
-    scenario_of(source)  # refuses a folder without a scenario
     file = str(source / "scenario.yaml")
     recorded, replayed = load(file), load(file, settings_texts=arguments.settings)
     console, figures = terminal(), arguments.figures
     with doing("reading the recording") as work:
         traces = read_session(source)
         work.part("replaying")
-        begin = time.perf_counter()
         result = replay(traces, recorded, replayed, hand=arguments.hand, progress=work)
-        times_real_time = result.replayed.duration_s / (time.perf_counter() - begin)
     folder = new_folder(f"{recorded.name}-replay", arguments.out)
     with doing("writing the recording") as work:
         record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
         work.part("writing the report")
-        texts = _reported(result, source, folder, times_real_time, figures=figures)
+        texts = _reported(result, source, folder, figures=figures)
     return print_report(folder, texts, console, figures=figures)
 
 
-def _reported(
-    result: "Replay", source: Path, folder: Path, times_real_time: float, *, figures: bool
-) -> list[str]:
+def _reported(result: "Replay", source: Path, folder: Path, *, figures: bool) -> list[str]:
     """Write summary, reports and tables; return the lines for a terminal."""
     from pmwvc_analysis.compare.measures import Compared, measured
     from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, exact, reproduced
@@ -150,8 +137,7 @@ def _reported(
         "differences": [{**user, "hand": hands[user["name"]]} for user in result.differences],
         "tolerance": {"force_n": FORCE_N, "position_m": POSITION_M},
         "exact": exact(result.differences) if not changes else None, "reproduced": same,
-        "limits": [limit._asdict() for limit in result.limits],
-        "times_real_time": times_real_time, "notes": result.prescribed.notes,
+        "notes": result.prescribed.notes,
     }  # fmt: skip
     title = f"Replay of {result.recorded_scenario.name}"
     found = write(folder, title, [measured(recorded), measured(replayed)], about, figures=figures)
@@ -160,7 +146,7 @@ def _reported(
         for session in found["sessions"]
     ]
     notes = [f"  note: {note}" for note in found["notes"]]
-    return [found["lead"], *states, *notes, f"  {times_real_time:.0f} times real time"]
+    return [found["lead"], *states, *notes]
 
 
 def lead(result: "Replay", same: bool | None) -> str:
@@ -183,20 +169,12 @@ def lead(result: "Replay", same: bool | None) -> str:
 
 
 def _since(result: "Replay") -> str:
-    """Return from which tick on a replay is not the recording, and why."""
+    """Return from which tick on a replay is not the recording."""
     apart = [user for user in result.differences if user["first_s"] is not None]
     missing = [user for user in result.differences if user["missing"]]
     if apart:
         first = min(apart, key=lambda user: user["first_s"])
-        at_s = first["first_s"]
-        signals = ", ".join(first["first_signals"])
-        text = f", from tick {first['first_tick']} of {first['name']} on ({at_s:.3f} s; {signals})"
-    elif missing:
-        ticks = " and ".join(f"{user['missing']} ticks of {user['name']}" for user in missing)
-        text, at_s = f"; {ticks} cannot be compared", math.inf
-    else:
-        return ""
-    causes = [limit for limit in result.limits if limit.time_s <= at_s + KNOWN_S]
-    whys = "; ".join(f"{each.why} ({each.time_s:.3f} s)" for each in causes[:MOST])
-    more = f"; and {len(causes) - MOST} more" if len(causes) > MOST else ""
-    return f"{text}. {'Why: ' + whys + more if causes else 'The recording gives no reason'}"
+        at = f"{first['first_s']:.3f} s; {', '.join(first['first_signals'])}"
+        return f", from tick {first['first_tick']} of {first['name']} on ({at})"
+    ticks = " and ".join(f"{user['missing']} ticks of {user['name']}" for user in missing)
+    return f"; {ticks} cannot be compared" if missing else ""

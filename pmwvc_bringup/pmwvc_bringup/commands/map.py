@@ -10,7 +10,7 @@ from pmwvc_bringup.output import doing, terminal
 from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
-    from pmwvc_analysis.maps.maps import MapAxis, Points
+    from pmwvc_analysis.maps.maps import MapAxis
     from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -23,7 +23,6 @@ AXIS: Any = {"required": True, "metavar": "NAME=A:B:N"}
     cli.argument("--x", "parameter along x", **AXIS),
     cli.argument("--y", "parameter along y", **AXIS),
     cli.OUT.but("new or empty folder (default: sessions/<UTC time>-<scenario>-map)"),
-    cli.argument("--workers", "processes (default: all cores)", type=int, metavar="N"),
     cli.argument("--dask", "compute on a Dask cluster", metavar="ADDRESS"),
     cli.JSON.but("print map.json on stdout only"),
 )
@@ -36,36 +35,26 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
       pmwvc map carry_16ms --x server.contact_stiffness=0:3000:60 --y link.delay_s=0:0.048:7
       pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg, .csv and .json.
+    NAME=FIRST:LAST:COUNT. The map is written as map.png, .svg and .json.
     """
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.figures.model_charts import stability_map
-    from pmwvc_analysis.maps.maps import Grid, boundary_words, compute, write_data
+    from pmwvc_analysis.maps.maps import Grid, compute, write_data
     from pmwvc_analysis.models.linearize import stable
     from pmwvc_bringup.session.surroundings import new_folder
 
-    workers, dask, console = arguments.workers, arguments.dask, terminal()
-    if workers is not None and workers < 1:
-        raise PmwvcError(f"--workers {workers}: must be >= 1")
+    console = terminal()
     x, y = axis_of(scenario, arguments.x, "--x: "), axis_of(scenario, arguments.y, "--y: ")
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
     folder = new_folder(f"{scenario.name}-map", arguments.out)
-    finished, size = 0, len(x.values) * len(y.values)
     with doing("computing the map") as work:
-
-        def done(points: "Points") -> None:
-            nonlocal finished
-            finished += len(points)
-            work(min(finished / size, 1.0))
-
-        radius = compute(grid, workers=workers, dask=dask, done=done)
+        radius = compute(grid, dask=arguments.dask, progress=work)
     with doing("drawing the map"):
-        paths = write_data(folder, grid, radius)
-        paths += stability_map(folder, grid, radius)
-    share = f"{size} points, {stable(radius).mean():.1%} of them stable"
-    for line in (share, boundary_words(grid, radius), *paths):
+        paths = [write_data(folder, grid, radius), *stability_map(folder, grid, radius)]
+    share = f"{radius.size} points, {stable(radius).mean():.1%} of them stable"
+    for line in (share, *paths):
         console.print(str(line), markup=False)
     return cli.Result(document=(folder / "map.json").read_text("utf-8"))
 

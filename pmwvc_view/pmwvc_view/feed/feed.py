@@ -21,7 +21,6 @@ from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import kept_words, why_kept
-from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -32,7 +31,6 @@ from pmwvc_view.protocol.snapshot import NO_PACKETS, Layout, Snapshot
 PATIENCE_S = 0.06
 LONGEST_GAP_S = 1.0  # where no trace came for longer, the grid begins anew
 BALANCED_S = 0.1  # between two balances
-LOADED_N = 0.1  # force from which a device counts as loaded
 APART_M = 3e-3  # more than a press takes: so far from its avatar a device was when it joined
 
 
@@ -41,8 +39,7 @@ class FeedUser:
     is known, ``least_j``: the least of each part [J]; ``judged``: both counters are in their first
     life. ``state``, ``reason``: of its master; None: there was no trace, or none for ``GONE_S``
     (then it is ``gone``); ``apart``: its avatar is away from its device since it joined;
-    ``loaded_change``: tau/(2b) changed under load since the device was coupled; ``shown_s``: time
-    of the last tick shown [s].
+    ``shown_s``: time of the last tick shown [s].
     """
 
     def __init__(self, name: str, layout: Layout, scenario: Scenario) -> None:
@@ -55,8 +52,8 @@ class FeedUser:
         }
         self.state: int | None = None
         self.reason, self.shown_s = "", -math.inf
-        self.gone = self.apart = self.loaded_change = self._there = False
-        self._give, self._distance_m = math.nan, math.nan  # tau/(2b) by the model [m/N]
+        self.gone = self.apart = self._there = False
+        self._distance_m = math.nan
         waves, black_box = has_waves(scenario.controller), scenario.coupling.black_box
         self._why_apart = why_kept(waves=waves, black_box=black_box)
 
@@ -100,12 +97,6 @@ class FeedUser:
             self.state = int(of["state"][0]) if known else None
             reason = traces.reason[newest(traces.block_time_s, time)[0]] if known else ""
             self.reason, self.gone = reason, not known
-        give = float(of["lag"][0] / (2.0 * of["impedance"][0]))
-        if self.state != SafetyState.COUPLED:
-            self.loaded_change = False
-        elif abs(give - self._give) > 1e-9 and np.linalg.norm(of["f_applied"]) > LOADED_N:
-            self.loaded_change = True
-        self._give = give
         there = bool(of["presence"][0] > 0.0)
         self._distance_m = math.dist(of["x_s"], of["x_m"])
         self.apart = there and (not self._there or self.apart) and self._distance_m > APART_M

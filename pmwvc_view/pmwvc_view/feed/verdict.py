@@ -161,14 +161,7 @@ def _active(feed: Feed, exact: Collection[str]) -> list[str]:
 
 
 def _left_out(user: FeedUser) -> str:
-    """Return what the energy account, or the distance, of a user does not cover."""
+    """Return what the energy account of a user does not cover."""
     if not user.judged:
         return "a node was started again: its energy is no longer judged"
-    if not user.known:
-        return "no energy account yet"
-    if user.loaded_change:
-        return (
-            "delay or impedance changed under load: until it is coupled anew, the distance to the "
-            "avatar need not be F tau/2b"
-        )
-    return ""
+    return "" if user.known else "no energy account yet"

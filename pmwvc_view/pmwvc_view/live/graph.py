@@ -16,7 +16,7 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomi
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 
-from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
+from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.params import Validated
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.runtime.parameter_values import (
@@ -143,36 +143,18 @@ class Graph:
 
 
 def find(node: Node, stop: threading.Event, *, emulated: bool) -> Graph | None:
-    """Wait for a session, and return it; None when asked to stop before. An emulator that is not
-    expected is looked for only a while. ParameterError where there are several sessions.
+    """Wait for a session in the node's namespace, and return it; None when asked to stop before.
+    An emulator that is not expected is looked for only a while.
     """
+    prefix = node.get_namespace().rstrip("/")
     while not stop.is_set():
-        if len(prefixes := _sessions(node)) > 1:
-            names = ", ".join(prefix or "/" for prefix in prefixes)
-            how = "choose one by its namespace (-r __ns:=/NAME)"
-            raise ParameterError(f"several sessions: {names}; {how}")
-        if prefixes:
-            graph = _read(node, prefixes[0], stop, emulated=emulated)
-            if graph is not None:
+        if node.count_publishers(f"{prefix}{TRACE}"):
+            if (graph := _read(node, prefix, stop, emulated=emulated)) is not None:
                 return graph
         else:
             node.get_logger().info("waiting for a session", once=True)
         time.sleep(LOOK_S)
     return None
-
-
-def _sessions(node: Node) -> list[str]:
-    """Return the namespaces of all sessions at or below the node's own."""
-    own = node.get_namespace().rstrip("/")
-    found = {
-        topic.removesuffix(TRACE)
-        for topic, types in node.get_topic_names_and_types()
-        if topic.endswith(TRACE)
-        and topic.startswith(f"{own}/")
-        and "pmwvc_msgs/msg/ServerTrace" in types
-        and node.count_publishers(topic)
-    }
-    return sorted(found)
 
 
 def _read(node: Node, prefix: str, stop: threading.Event, *, emulated: bool) -> Graph | None:
