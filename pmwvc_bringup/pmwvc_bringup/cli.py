@@ -28,7 +28,7 @@ from pmwvc_core.errors import PmwvcError
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
     "run view simulate report export replay compare stability map transparency tune "
-    "node token devices scenarios doctor"
+    "node token devices scenarios links doctor"
 ).split()
 EXAMPLES = """\
 examples:

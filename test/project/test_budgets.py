@@ -62,7 +62,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_639, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_546,
+        3_544,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -83,7 +83,7 @@ ROOMS = {
     "figures and reports": Room(
         2_102, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_889, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_936, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_246,
         1_250,

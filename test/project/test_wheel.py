@@ -135,6 +135,7 @@ def test_the_page_of_a_simulated_session_is_served(fresh, system):
 COMMANDS = {  # and what they say
     ("doctor",): "",
     ("scenarios", "three_users"): "",
+    ("links", "carry_16ms"): "",
     ("token", "keys", "user1", "user2"): "",
     ("simulate", "wall", "--duration", "2", "--out", "one", "--check", "--no-figures"): "passed",
     ("report", "one", "--json"): '"stable": true',
@@ -145,7 +146,7 @@ COMMANDS = {  # and what they say
     ("compare", "wall", "--over", "link.delay_s=0,0.01", "--duration", "0.5", "--no-figures"): "",
     ("stability", "wall"): "",
     ("transparency", "wall"): "",
-    ("tune", "wall", "--set", "duration_s=2"): "",
+    ("tune", "wall", "--set", "duration_s=2", "--out", "tuned.yaml"): "",
     ("map", "wall", "--x", "master.impedance=10:30:3", "--y", "link.delay_s=0:0.01:2"): "",
 }
 

@@ -171,3 +171,15 @@ def test_scenarios_for_a_program(pmwvc):
     assert "lte" in found["networks"]
     whole = json.loads(pmwvc("scenarios", "wall", "--json").stdout)
     assert whole == yaml.safe_load(pmwvc("scenarios", "wall").stdout)
+
+
+def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
+    result = pmwvc("tune", "wall", "--set", "duration_s=2", "--out", "tuned.yaml", "--json")
+    best = json.loads(result.stdout)["best"]["settings"]
+    written = yaml.safe_load((tmp_path / "tuned.yaml").read_text("utf-8"))
+    assert written["master"]["impedance"] == pytest.approx(best["master.impedance"], abs=0.01)
+    assert written["name"] == "tuned" and written["description"].startswith("wall as tuned: ")
+    run = ("simulate", "tuned.yaml", "--duration", "0.5", "--no-figures", "--out", "it")
+    assert pmwvc(*run).returncode == 0
+    assert "is there already" in refused(pmwvc("tune", "wall", "--out", "tuned.yaml"))
+    assert "must end in .yaml" in refused(pmwvc("tune", "wall", "--out", "tuned.txt"))

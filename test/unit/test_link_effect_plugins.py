@@ -5,6 +5,7 @@
 import json
 
 import pytest
+from support.command_line import here
 from support.lab import example_of
 
 BURSTS = ("--set", "link.effects=bursts:rate=0.01:stay=0.5")
@@ -25,3 +26,13 @@ def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tm
     summary = json.loads((out / "summary.json").read_text("utf-8"))
     assert any("in bursts" in effect for effect in summary["prediction"]["left_out"])
     assert "bursts of loss" in (out / "report.html").read_text("utf-8")  # drawn at the link
+
+
+def test_links_are_shown_with_their_effects_and_mean_delay(tmp_path):
+    words = ["links", "carry_16ms", "--users", "1", "--set", "link.preset=continental"]
+    answer = here(*words, "--json", cwd=tmp_path)
+    (up, down) = json.loads(answer.stdout)["links"]
+    assert up["name"] == "user1/up" and up["mean_delay_s"] == pytest.approx(0.022)
+    assert up["does"][0] == "22 ms on the mean" and down["does"] == up["does"]
+    assert any("in bursts" in effect for effect in up["does"])
+    assert f"user1/up: {', '.join(up['does'])}" in answer.stderr

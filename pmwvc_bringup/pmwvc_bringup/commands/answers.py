@@ -3,9 +3,11 @@
 """Commands that answer from the exact model, before any session."""
 
 import argparse
+from dataclasses import replace
 
 from pmwvc_bringup import command as cli
 from pmwvc_bringup.output import doing
+from pmwvc_core.errors import PmwvcError
 
 
 @cli.command(*cli.MODEL, cli.JSON)
@@ -33,7 +35,11 @@ def stability(arguments: argparse.Namespace) -> cli.Result:
     return cli.Result(document=found)
 
 
-@cli.command(*cli.MODEL, cli.JSON)
+@cli.command(
+    *cli.MODEL,
+    cli.OUT.but("YAML file for the scenario with the proposal", metavar="FILE"),
+    cli.JSON,
+)
 def tune(arguments: argparse.Namespace) -> cli.Result:
     """Propose impedance, filter and hold for a link and an environment.
 
@@ -41,6 +47,7 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
       pmwvc tune carry_16ms
       pmwvc tune wall --set link.delay_s=0.03 --set server.contact_stiffness=500
       pmwvc tune carry_24ms --live --json
+      pmwvc tune carry_24ms --out tuned.yaml && pmwvc simulate tuned.yaml
 
     Criteria: margin (proved at any delay, spectral radius, aliasing gain), rendered stiffness and
     mass beside the ideal, force noise by encoder steps (device.encoder_step_m, or 10 um).
@@ -50,9 +57,24 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
     scenario = cli.scenario_of(arguments)
     from pmwvc_analysis.tune import words
     from pmwvc_analysis.tune.search import propose
+    from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
 
+    path = arguments.out
+    if path is not None:  # refused before anything is computed
+        for wrong, why in (
+            (path.suffix not in SUFFIXES, f"must end in {' or '.join(SUFFIXES)}"),
+            (path.exists(), "is there already; give another name"),
+            (not path.parent.is_dir(), f"there is no folder {path.parent}"),
+        ):
+            if wrong:
+                raise PmwvcError(f"--out {path}: {why}")
     with doing("searching for the best impedance, filter and hold"):
         found = propose(scenario, live=arguments.live)
         lines = words.sentences(scenario, found)
     print(*lines, sep="\n")
+    if path is not None:
+        tuned = found.best.choice.applied(scenario)
+        text = f"{scenario.name} as tuned: {scenario.description}"
+        path.write_text(to_yaml(replace(tuned, name=path.stem, description=text)), "utf-8")
+        print(f"written: {path}")
     return cli.Result(document=words.answer(scenario, found))

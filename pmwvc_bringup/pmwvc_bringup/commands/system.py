@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Commands around a session: the machine, scenarios, access, devices."""
+"""Commands around a session: the machine, scenarios, links, access."""
 
 import argparse
 import os
 import sys
 import textwrap
 from dataclasses import asdict
+from typing import Any
 
 from pmwvc_bringup import command as cli
 from pmwvc_core.errors import PmwvcError
@@ -89,6 +90,30 @@ def token(arguments: argparse.Namespace) -> cli.Result:
     for path in write_session(arguments.folder, arguments.users):
         print(path)
     return cli.Result()
+
+
+@cli.command(*cli.GIVEN, cli.JSON)
+def links(arguments: argparse.Namespace) -> cli.Result:
+    """Show the links of a scenario, with the effects of each.
+
+    examples:
+      pmwvc links carry_16ms --set link.preset=wifi_bad
+      pmwvc links carry_16ms --set user2.link.up.loss=0.1 --json
+
+    Keys of --json: links, each with name, mean_delay_s, does.
+    """
+    from pmwvc_core.network.effects import amounts, check, mean_s
+
+    scenario = cli.scenario_of(arguments)
+    found: list[dict[str, Any]] = []
+    for user, way in ((user, way) for user in scenario.users for way in ("up", "down")):
+        params = getattr(user, f"link_{way}")
+        check(params)
+        does = [f"{1e3 * mean_s(params):.4g} ms on the mean", *amounts(params).values()]
+        name = f"{user.name}/{way}"
+        found.append({"name": name, "mean_delay_s": mean_s(params), "does": does})
+        print(f"{name}: {', '.join(does)}")
+    return cli.Result(document={"links": found})
 
 
 @cli.command(
