@@ -175,11 +175,6 @@ class TakenTraces:
     seq: Integers
     epoch: Integers  # lowest 32 bits
 
-    def before(self, rows: int) -> "TakenTraces":
-        """Return the packets taken in by the first rows of the traces."""
-        kept = self.row < rows
-        return TakenTraces(self.row[kept], self.seq[kept], self.epoch[kept])
-
 
 @dataclass
 class HandTargets:

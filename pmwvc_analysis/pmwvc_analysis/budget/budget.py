@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.criterion import behind_counts
-from pmwvc_analysis.budget.energy import declared
-from pmwvc_analysis.budget.parts import MISSED, notes_on, of_server
+from pmwvc_analysis.budget.energy import declared_j
+from pmwvc_analysis.budget.parts import notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
@@ -83,11 +83,9 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
             "sample_hold": device.given - channel.port.taken,
         }
         if len(jumps := np.flatnonzero(np.diff(user.tick) > 1)):  # both ends are known there
-            held = np.asarray(of_device["sample_hold"])
-            lost = np.cumsum(np.minimum(_in_blocks(kept, jumps, held), 0.0))
             open_j = np.cumsum(_in_blocks(kept, jumps, residual))
-            of_device |= {"sample_hold": held - lost, MISSED: lost + open_j}
-            residual, unknown = residual - open_j, unknown | {MISSED}
+            of_device["sample_hold"] = of_device["sample_hold"] + open_j
+            residual, unknown = residual - open_j, unknown | {"sample_hold"}
         hands[user.name] = at.ended(np.asarray(device.taken))
         residuals[user.name] = at.ended(residual)
         of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
@@ -101,7 +99,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         {name: residuals[name] for name in (*hands, SERVER)},
         frozenset(tanks),
         notes_on(users, known, server),
-        {user.name: declared(scenario, known[user.name]) for user in users},
+        {user.name: declared_j(scenario, known[user.name]) for user in users},
         counted,
         [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),

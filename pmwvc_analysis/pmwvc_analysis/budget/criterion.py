@@ -19,7 +19,6 @@ Equations: docs/theory.md 13.4.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,15 +33,6 @@ from pmwvc_core.traces import SessionTraces
 
 MOST_SHOWN = 3  # intervals not judged
 UNRESOLVED = "the steps of the encoder leave the work of the hand open"
-
-
-class Declared(NamedTuple):
-    """Energy held at the start by the parameters [J]: by a user's controller, and on the strict
-    channel by the playouts at both ends.
-    """
-
-    controller_j: float = 0.0
-    playouts_j: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,11 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.words import count
 
-MISSED = "missed"
 # words, empty for those of the account of the same name; group under which a figure adds it up
 PARTS: Mapping[str, tuple[str, str]] = {
     "hand": ("given by the hand", "hands"),
     "device_kinetic": ("motion of the device", "devices"),
     "device_damping": ("damping of the device", "devices"),
-    MISSED: ("while ticks were skipped or not recorded", "devices"),
     "sample_hold": ("sampling and holding at the device", "sampling and safety"),
     "safety": ("safety limits", "sampling and safety"),
     "filter": ("anti-aliasing filter", "filters and holds"),

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import Balance, Declared, Finding
-from pmwvc_analysis.budget.parts import MISSED, accounted, words_of
+from pmwvc_analysis.budget.criterion import Balance, Finding
+from pmwvc_analysis.budget.parts import accounted, words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
@@ -25,7 +25,9 @@ from pmwvc_core.numeric import Array
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
-DAMPER = "device_damping"  # where sensors show something else than the device does, what is left
+# Not judged where they are what is left: of sensors that show something else than the device
+# does, and of ticks that were skipped or not recorded.
+AT_DEVICE = "device_damping", "sample_hold"
 AT_COUNTS = ("sample_hold", "node", "node_and_link_down")  # the true motion less that counted
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
@@ -45,7 +47,7 @@ class Budget:
     residuals: dict[str, Array]
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
-    declared: dict[str, Declared] = field(default_factory=dict)  # by user
+    declared_j: dict[str, float] = field(default_factory=dict)  # at the start, by user
     counts: frozenset[str] = frozenset()  # users whose waves come of an encoder's counts
     # owners and parts that it does not compute for themselves: no error in these is found
     remainders: list[tuple[str, str]] = field(default_factory=list)
@@ -77,7 +79,7 @@ class Budget:
     def judged(self) -> Iterator[tuple[str, str, Array]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            unknown = {MISSED, *({DAMPER} if (owner, DAMPER) in self.remainders else ())}
+            unknown = {part for part in AT_DEVICE if (owner, part) in self.remainders}
             known = {n: sums for n, sums in parts.items() if n not in unknown}
             for part in AT_COUNTS if owner in self.counts else ():
                 known.pop(part, None)
@@ -99,11 +101,9 @@ class Budget:
         """Return the result of the passivity criterion for every part."""
         moved, found = self.moved_j, []
         for owner, part, sums in self.judged():
-            declared = self.declared.get(owner, Declared())  # by the parts that hold it
-            tank, links = "position_spent" in part or "node" in part, "link" in part
             unjudged = self.server_holes if owner == SERVER else ()
             known = self.time_s < min((hole.start_s for hole in unjudged), default=np.inf)
-            stored_j = tank * declared.controller_j + links * declared.playouts_j
+            stored_j = self.declared_j.get(owner, 0.0)
             balance = Balance(
                 self.time_s[known], sums[known], 0.0 * sums[known], stored_j, moved_j=moved
             )
@@ -123,7 +123,7 @@ class Budget:
             "users": [
                 {"name": name, "hand_j": _last(hand)}
                 | self._energies(name)
-                | {"declared_storage_j": sum(self.declared.get(name, ()))}
+                | {"declared_storage_j": self.declared_j.get(name, 0.0)}
                 for name, hand in self.hands.items()
             ],
             "server": self._energies(SERVER),

@@ -23,7 +23,6 @@ import numpy as np
 from pmwvc_analysis.events.nodes import COUPLED, FAULT, Event, event, limited, unbraked
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -44,33 +43,32 @@ class Withheld(NamedTuple):
 
 def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Withheld]:
     """Return the users whose environment was limited, as far as scenario and trace show it."""
-    server = traces.server
-    if scenario is None or server is None or not has_waves(scenario.controller):
-        return {}
-    known, found = {user.name: user for user in scenario.users}, dict[str, Withheld]()
-    for user in traces.users if "withheld" in server.accounts else []:
-        if user.name not in known or user.name not in server.users:
+    server, found = traces.server, dict[str, Withheld]()
+    if scenario is None or server is None or "withheld" not in server.accounts:
+        return found
+    users = {user.name: user for user in traces.users}
+    for known in (each for each in scenario.users if each.name in server.users):
+        index = server.users.index(known.name)
+        port, there = WavePort(known.server_impedance), server.state[index] > 0
+        signals = server.u_s, server.v_s, server.f_s, server.xd_s
+        u, v, f, xd = (np.nan_to_num(each[index] * there[:, np.newaxis]) for each in signals)
+        whole = np.asarray(port.v(u, f))
+        kept_j = 0.5 * server.periods_s * np.sum(whole**2 - v**2, axis=-1)
+        if known.name not in users or not kept_j.sum() > th.WITHHELD_J:
             continue
-        index = server.users.index(user.name)
-        port, there = WavePort(known[user.name].server_impedance), server.state[index] > 0
-        u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
-        whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
-        kept_j = np.where(there, 0.5 * server.periods_s * np.sum(whole**2 - v**2, axis=-1), 0.0)
-        energy = float(kept_j.sum())
-        if not energy > th.WITHHELD_J:
-            continue
-        off = u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)
-        off = np.where(there[:, np.newaxis], off / root(2.0 * known[user.name].impedance), 0.0)
+        off = (u + v - port.u(xd, 0.0)) / root(2.0 * known.impedance)
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
-        first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
         joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
-        # an avatar of a later stay begins anew
-        off_m = np.linalg.norm(moved - moved[joined], axis=-1)
+        off_m = np.linalg.norm(moved - moved[joined], axis=-1)  # in a later stay it begins anew
+        user = users[known.name]
         way_m = np.linalg.norm(user.x_m - user.x_m[0], axis=-1)[user.rows_at(server.time_s)]
         gone = off_m > np.maximum(th.LOST_M, th.LOST_SHARE * np.fmax.accumulate(way_m))
         lasting = (server.time_s[rows] for rows in spans(gone & there))
         lost_s = (float(each[0]) for each in lasting if each[-1] - each[0] >= th.LASTING_S)
-        found[user.name] = Withheld(energy, float(off_m.max()), first_s, next(lost_s, None))
+        first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
+        found[known.name] = Withheld(
+            float(kept_j.sum()), float(off_m.max()), first_s, next(lost_s, None)
+        )
     return found
 
 

@@ -21,7 +21,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import behind_counts, held
-from pmwvc_analysis.budget.energy import declared
+from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment, prediction
 from pmwvc_analysis.prediction.lag import lag_is_known
@@ -173,7 +173,7 @@ def _device_lines(scenario: Scenario) -> list[str]:
     found = []
     samples = has_waves(scenario.controller) and not scenario.strict
     for user in scenario.users:
-        if (stored := sum(declared(scenario, user))) > 0.0:
+        if (stored := declared_j(scenario, user)) > 0.0:
             found.append(f"{user.name}: declared storage {1e3 * stored:.3g} mJ.")
         if samples and (noise_w := encoder_noise_w(user)) > 0.0:
             found.append(
