@@ -61,13 +61,11 @@ def test_a_wall_within_the_rule_is_not_limited():
 
 def test_limits_are_events_with_their_times():
     traces, scenario = pressed(2000, 10)
-    first, lost = limits.events(limits.withheld(traces, scenario))
+    (first,) = limits.events(limits.withheld(traces, scenario))
     withheld = traces.server.accounts["withheld"]
     began = traces.server.time_s[np.argmax(withheld > 1e-9)]
     assert first["time_s"] == pytest.approx(began, abs=0.1)
-    assert first["time_s"] < lost["time_s"] < 5.0
-    for event in (first, lost):
-        assert (event["kind"], event["who"]) == ("environment", "user1")
+    assert (first["kind"], first["who"]) == ("environment", "user1")
 
 
 def test_the_limit_is_predicted_and_neither_stability_nor_stiffness_is_promised():

@@ -92,7 +92,7 @@ def test_summary_budget_and_report_agree_and_name_amount_and_tolerance(gain):
 
 
 @pytest.mark.parametrize(("port_j", "storage_j", "said"), [
-    (0.0, 0.0, "; the ports decide and all are passive: other components covered it"),
+    (0.0, 0.0, "; the ports decide and all are passive: other components or the declared"),
     (0.0, 1e-3, "passive: other components or the declared storage covered it"),
     (-1e-3, 0.0, ""),
 ])  # fmt: skip

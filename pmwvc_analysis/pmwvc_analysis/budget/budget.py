@@ -22,7 +22,7 @@ from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.criterion import behind_counts
 from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.budget.parts import notes_on, of_server
-from pmwvc_analysis.budget.result import SERVER, Budget, Sums
+from pmwvc_analysis.budget.result import AT_COUNTS, SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
 from pmwvc_analysis.traces.holes import ran_s, stretch
@@ -66,7 +66,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     recorded = sum_of(np.subtract(*at_server[user.name]) for user in users)
     hands, parts = {}, {}
     residuals = {SERVER: (unexplained - (into - recorded))[rows]}
-    left_over: list[tuple[str, str]] = []
+    left_over, unjudged = list[tuple[str, str]](), set[tuple[str, str]]()
     tanks = {user.name for user in users if "position_surplus" in user.accounts}
     if scenario.coupling.black_box and COMPENSATIONS.of(scenario.server.compensation).limits:
         tanks.add(SERVER)
@@ -91,7 +91,9 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
         parts[user.name] = {**of_blocks, **channel.parts}
         left_over += [(user.name, part) for part in sorted(unknown | channel.remainders)]
-    counted = frozenset(u.name for u in users if behind_counts(known[u.name], scenario))
+        unjudged |= {(user.name, part) for part in unknown}
+        if behind_counts(own, scenario):
+            unjudged |= {(user.name, part) for part in AT_COUNTS}
     return Budget(
         time_s,
         hands,
@@ -100,7 +102,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         frozenset(tanks),
         notes_on(users, known, server),
         {user.name: declared_j(scenario, known[user.name]) for user in users},
-        counted,
+        frozenset(unjudged),
         [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )

@@ -25,9 +25,6 @@ from pmwvc_core.numeric import Array
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
-# Not judged where they are what is left: of sensors that show something else than the device
-# does, and of ticks that were skipped or not recorded.
-AT_DEVICE = "device_damping", "sample_hold"
 AT_COUNTS = ("sample_hold", "node", "node_and_link_down")  # the true motion less that counted
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
@@ -48,7 +45,7 @@ class Budget:
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared_j: dict[str, float] = field(default_factory=dict)  # at the start, by user
-    counts: frozenset[str] = frozenset()  # users whose waves come of an encoder's counts
+    unjudged: frozenset[tuple[str, str]] = frozenset()  # owners and parts of which too little is
     # owners and parts that it does not compute for themselves: no error in these is found
     remainders: list[tuple[str, str]] = field(default_factory=list)
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
@@ -79,10 +76,7 @@ class Budget:
     def judged(self) -> Iterator[tuple[str, str, Array]]:
         """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
-            unknown = {part for part in AT_DEVICE if (owner, part) in self.remainders}
-            known = {n: sums for n, sums in parts.items() if n not in unknown}
-            for part in AT_COUNTS if owner in self.counts else ():
-                known.pop(part, None)
+            known = {n: sums for n, sums in parts.items() if (owner, n) not in self.unjudged}
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
             for group in (AROUND, linked, ENVIRONMENT):
                 members = [part for part in group if part in known]

@@ -9,8 +9,8 @@ the device away from its avatar; a port that learns repays that::
     energy_j   = sum (|v|^2 - |v'|^2) T_VE/2
     position_m = largest |sum (u + v' - (2b)^(1/2) xd) T_VE (2 b_m)^(-1/2)|
 
-The environment is lost where this displacement is, for a whole second, more than 2 mm and more
-than half of the way of the device so far: most of its depth is not the environment's.
+The environment is lost where at the end this displacement is more than 2 mm and more than half of
+the way of the device: most of its depth is not the environment's.
 
 Equations: docs/theory.md 5.10.
 """
@@ -38,7 +38,7 @@ class Withheld(NamedTuple):
     energy_j: float
     position_m: float
     first_s: float  # time of the first wave that was shortened
-    lost_s: float | None  # time from which the environment is lost; None: never
+    lost: bool  # whether the environment is lost
 
 
 def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Withheld]:
@@ -60,36 +60,30 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
         joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
         off_m = np.linalg.norm(moved - moved[joined], axis=-1)  # in a later stay it begins anew
-        user = users[known.name]
-        way_m = np.linalg.norm(user.x_m - user.x_m[0], axis=-1)[user.rows_at(server.time_s)]
-        gone = off_m > np.maximum(th.LOST_M, th.LOST_SHARE * np.fmax.accumulate(way_m))
-        lasting = (server.time_s[rows] for rows in spans(gone & there))
-        lost_s = (float(each[0]) for each in lasting if each[-1] - each[0] >= th.LASTING_S)
+        way_m = np.linalg.norm(users[known.name].x_m - users[known.name].x_m[0], axis=-1)
+        lost = off_m[-1] > max(th.LOST_M, th.LOST_SHARE * float(np.nanmax(way_m)))
         first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
-        found[known.name] = Withheld(
-            float(kept_j.sum()), float(off_m.max()), first_s, next(lost_s, None)
-        )
+        energy_j, most_m = float(kept_j.sum()), float(off_m.max())
+        found[known.name] = Withheld(energy_j, most_m, first_s, bool(lost))
     return found
 
 
 def lost(found: dict[str, Withheld]) -> str:
     """Return whose environment is lost, in words; empty if none is."""
     texts = (
-        f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
-        f"of the server port displaced the device by {entry.position_m * 1e3:.1f} mm"
+        f"{name}: the environment is lost: the energy limit of the server port displaced the "
+        f"device by {entry.position_m * 1e3:.1f} mm"
         for name, entry in found.items()
-        if entry.lost_s is not None
+        if entry.lost
     )
     return next(texts, "")
 
 
 def events(found: dict[str, Withheld]) -> Iterator[Event]:
-    """Yield an event where the port first limits an environment, and one where it is lost."""
+    """Yield an event where the port first limits an environment."""
     for name, entry in found.items():
         text = f"{words(entry._asdict())} by the server port, in all"
         yield event(entry.first_s, name, "environment", text)
-        if entry.lost_s is not None:
-            yield event(entry.lost_s, name, "environment", "environment lost")
 
 
 def words(entry: dict[str, Any]) -> str:

@@ -167,11 +167,8 @@ def component(finding: Finding, found: Passivity) -> str:
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {quantity(finding.tolerance_j, 'J')}"
     )
-    if not found.session:
-        return text
-    storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
-    others = "other components or the declared storage" if storage else "other components"
-    return f"{text}; the ports decide and all are passive: {others} covered it"
+    covered = "other components or the declared storage covered it"
+    return f"{text}; the ports decide and all are passive: {covered}" if found.session else text
 
 
 def _beside_moved(finding: Finding) -> str:
