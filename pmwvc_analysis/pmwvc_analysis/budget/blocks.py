@@ -69,6 +69,43 @@ def device(blocks: BlockSums, params: DeviceParams) -> tuple[Account, set[str]]:
     return (found, set()) if by_hand else (without_hand, {"hand"})
 
 
+class OfUser(NamedTuple):
+    """The energies of one user at the instants: of the hand, of the parts, and unexplained."""
+
+    hand: Array
+    parts: Sums
+    residual: Array
+    remainders: frozenset[str]  # those of the parts
+
+
+def of_user(at: "At", known: User, scenario: Scenario) -> OfUser:
+    """Return the accounts of one user. Around ticks that were skipped or not recorded both ends
+    are known, and the rest counts as sampled and held.
+    """
+    own, unknown = device(at.blocks, known.device)
+    between = channel(at, known, scenario)
+    residual = np.asarray(own.residual + between.port.residual)
+    held = np.asarray(own.given - between.port.taken)
+    if len(jumps := np.flatnonzero(np.diff(at.blocks.user.tick) > 1)):
+        open_j = np.cumsum(_in_blocks(at.blocks, jumps, residual))
+        residual, held, unknown = residual - open_j, held + open_j, unknown | {"sample_hold"}
+    sums = {"device_kinetic": own.stored, "device_damping": own.dissipated, "sample_hold": held}
+    parts = {part: at.ended(np.asarray(each)) for part, each in sums.items()}
+    return OfUser(
+        at.ended(np.asarray(own.taken)),
+        {**parts, **between.parts},
+        at.ended(residual),
+        between.remainders | unknown,
+    )
+
+
+def _in_blocks(sums: BlockSums, rows: NDArray[np.intp], energy: Array) -> Array:
+    """Return by how much an energy grew in each block of some ticks and of those behind them."""
+    inside = np.zeros(len(energy), dtype=bool)
+    inside[np.searchsorted(sums.user.block_ends, [rows, rows + 1], side="right")] = True
+    return np.where(inside, np.diff(energy, prepend=0.0), 0.0)
+
+
 class Channel(NamedTuple):
     """What is between a device and the port of its user at the server."""
 

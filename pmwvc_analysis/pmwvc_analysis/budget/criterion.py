@@ -48,7 +48,6 @@ class Finding:
     tolerance_j: float = 0.0  # at that instant [J]
     declared_j: float = 0.0  # storage or allowance that is declared [J]
     moved_j: float = 0.0  # energy moved: the scale [J]
-    decides: bool = True  # part of the verdict; a component that others pay for is only named
     unjudged: tuple[Unjudged, ...] = ()
     why: str = ""
     counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
@@ -103,9 +102,7 @@ class Balance:
         """The lowest balance, never above the zero it starts from [J]."""
         return min(0.0, float(self.balance_j.min(initial=0.0)))
 
-    def judged(
-        self, owner: str, part: str, unjudged: Sequence[Unjudged] = (), *, decides: bool = True
-    ) -> Finding:
+    def judged(self, owner: str, part: str, unjudged: Sequence[Unjudged] = ()) -> Finding:
         """Return the result of the criterion; ``unjudged`` are times in which the balance may have
         been below the limit without a record of it. What an encoder cannot resolve is not judged.
         """
@@ -116,8 +113,8 @@ class Balance:
         moved_j = float(own_j.max(initial=0.0)) if self.moved_j is None else self.moved_j
         found = Finding(
             owner, part, None, tolerance_j=TOLERANCE_J, declared_j=self.declared_j,
-            moved_j=moved_j, decides=decides, unjudged=tuple(unjudged),
-            why="; ".join(whys) or "nothing of it was recorded", counts_j=self.counts_j,
+            moved_j=moved_j, unjudged=tuple(unjudged), counts_j=self.counts_j,
+            why="; ".join(whys) or "nothing of it was recorded",
         )  # fmt: skip
         if not len(balance_j):
             return found

@@ -30,7 +30,7 @@ PARTS: Mapping[str, tuple[str, str]] = {
     "hold": ("hold", "filters and holds"),
     "filter_and_hold": ("anti-aliasing filter and hold", "filters and holds"),
     "node": ("", "filters and holds"),
-    "node_and_link_down": ("", "filters and holds"),
+    "node_and_link_down": ("node and link down with packets in flight", "filters and holds"),
     "link_up": ("link up with packets in flight", "links"),
     "link_down": ("link down with packets in flight", "links"),
     "link": ("link in both directions", "links"),
@@ -45,9 +45,7 @@ PARTS: Mapping[str, tuple[str, str]] = {
     "environment_heat": ("dissipated in the environment", "contacts"),
     "object_kinetic": ("motion of the object", "object"),
     "object_damping": ("damping of the object", "object"),
-    "filter_and_rate_drop": ("anti-aliasing filter and rate drop", "controller"),
     "bank": ("splitting and joining of the filter bank", "controller"),
-    "environment_stored_and_environment_heat": ("environment", "controller"),
 }
 UNKNOWN = ("", "controller")
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
@@ -61,11 +59,9 @@ def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def words_of(part: str) -> str:
-    """Return a part in words, or several that are judged together."""
+    """Return a part in words."""
     if words := PARTS.get(part, UNKNOWN)[0]:
         return words
-    if "_and_" in part:
-        return ", ".join(words_of(each) for each in part.split("_and_"))
     entry = entries().get(part)
     return entry.part or entry.words if entry else part.replace("_", " ")
 

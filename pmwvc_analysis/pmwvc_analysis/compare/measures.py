@@ -66,8 +66,7 @@ def least_balance(traces: SessionTraces, scenario: Scenario | None) -> dict[str,
     stretches a wave, generates energy behind a passive link.
     """
     found = passivity(traces, scenario, budget(traces, scenario))
-    seen = (each for each in found.findings if each.passive is not None or each.least_j < 0.0)
-    ports = [finding for finding in seen if finding.decides]
+    ports = [each for each in found.ports if each.passive is not None or each.least_j < 0.0]
     if not ports:
         return {"passive": None, "active_part": None, "energy_min_j": None}
     worst = min(ports, key=lambda finding: finding.least_j)
