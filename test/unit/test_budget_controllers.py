@@ -30,8 +30,8 @@ def judged(name, *settings):
 
 def test_the_published_compensation_is_named():
     settings = (*UNKNOWN, "server.contact_damping=0", "server.contact_stiffness=500")
-    printed = judged("wall", *settings, "server.compensation=printed")
-    assert (SERVER, "withheld") in [(each.owner, each.part) for each in printed.components]
+    printed = budget(*simulated("wall", *settings, "server.compensation=printed"))
+    assert (SERVER, "withheld") in said(printed)
     ledger = judged("wall", *settings, "server.compensation=ledger")
     assert ledger.passive(SERVER) is True
     assert not [each for each in ledger.components if each.owner == SERVER]

@@ -184,9 +184,7 @@ def _plain(at: At, known: User) -> Channel:
 
     Integrate-and-dump filters and drops in one; there the rate drop has nothing of its own. A link
     includes what is in flight, and what becomes of packets at a server of another period. Where
-    parts stand around the port, only the sum of filter and hold is seen in the signals. But the
-    filter gets what a bank's low branch took in, and the hold gives what that gave out: there both
-    are known, and the bank is what is left.
+    parts stand around the port, only the sum of filter, hold and bank is seen in the signals.
     """
     blocks, user = at.blocks, at.blocks.user
     port, of_port = _port(blocks, known)
@@ -198,14 +196,8 @@ def _plain(at: At, known: User) -> Channel:
     kept = passed((FILTER, RATE_DROP, LINK_UP, LINK_DOWN, HOLD), energies)
     if not (own := at.own()):
         return Channel(port, parts | kept)
-    left = kept.pop("filter") + kept.pop("hold") - sum_of(own.values())
-    both = {"filter_and_hold": left}
-    if has_bank := "bank_low_in" in user.accounts:
-        net = at.ended(user.accounts["bank_low_in"] - user.accounts["bank_low_out"])
-        rest = net - energies["u_m_lp"] + energies["v_rx"] - own.get("position_spent", 0.0)
-        both = {"filter_and_hold": rest, "bank": left - rest}
-    remainder = "bank" if has_bank else "filter_and_hold"
-    return Channel(port, {**parts, **own, **both, **kept}, frozenset([remainder]))
+    both = {"filter_and_hold": kept.pop("filter") + kept.pop("hold") - sum_of(own.values())}
+    return Channel(port, {**parts, **own, **both, **kept}, frozenset(both))
 
 
 def _strict(at: At, known: User) -> Channel:

@@ -79,7 +79,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         notes_on(users, known, server),
         {user.name: declared_j(scenario, known[user.name]) for user in users},
         [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
-        tuple(hole.unjudged for hole in holes.of_server(server)),
+        server_is_whole=not holes.of_server(server),
     )
 
 

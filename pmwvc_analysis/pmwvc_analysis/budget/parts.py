@@ -28,7 +28,7 @@ PARTS: Mapping[str, tuple[str, str]] = {
     "filter": ("anti-aliasing filter", "filters and holds"),
     "rate_drop": ("rate drop", "filters and holds"),
     "hold": ("hold", "filters and holds"),
-    "filter_and_hold": ("anti-aliasing filter and hold", "filters and holds"),
+    "filter_and_hold": ("anti-aliasing filter, hold and filter bank", "filters and holds"),
     "node": ("", "filters and holds"),
     "node_and_link_down": ("node and link down with packets in flight", "filters and holds"),
     "link_up": ("link up with packets in flight", "links"),
@@ -45,7 +45,6 @@ PARTS: Mapping[str, tuple[str, str]] = {
     "environment_heat": ("dissipated in the environment", "contacts"),
     "object_kinetic": ("motion of the object", "object"),
     "object_damping": ("damping of the object", "object"),
-    "bank": ("splitting and joining of the filter bank", "controller"),
 }
 UNKNOWN = ("", "controller")
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"

@@ -13,7 +13,6 @@ import numpy as np
 
 from pmwvc_analysis.budget.criterion import Balance, Finding
 from pmwvc_analysis.budget.parts import words_of
-from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
 from pmwvc_core.numeric import Array
 
@@ -37,8 +36,7 @@ class Budget:
     declared_j: dict[str, float] = field(default_factory=dict)  # at the start, by user
     # owners and parts that it does not compute for themselves: no error in these is found
     remainders: list[tuple[str, str]] = field(default_factory=list)
-    # steps of the server that were not recorded: its parts, summed step by step, end at the first
-    server_holes: tuple[Unjudged, ...] = ()
+    server_is_whole: bool = True  # else its parts, summed step by step, are not known
 
     @property
     def residual_j(self) -> Array:
@@ -67,13 +65,11 @@ class Budget:
         """Return the parts that released energy that they had not received, most first."""
         moved_j, found = self.moved_j, []
         for owner, parts in self.parts.items():
-            holes = self.server_holes if owner == SERVER else ()
-            known = self.time_s < min((hole.start_s for hole in holes), default=np.inf)
             declared_j = self.declared_j.get(owner, 0.0)
-            for part, sums in ((part, sums[known]) for part, sums in parts.items()):
-                own = self.time_s[known], sums, 0.0 * sums, declared_j
+            for part, sums in parts.items() if owner != SERVER or self.server_is_whole else ():
+                own = self.time_s, sums, 0.0 * sums, declared_j
                 if part not in OPEN or (owner, part) not in self.remainders:
-                    found.append(Balance(*own, moved_j=moved_j).judged(owner, part, holes))
+                    found.append(Balance(*own, moved_j=moved_j).judged(owner, part))
         active = [each for each in found if each.passive is False]
         return sorted(active, key=lambda each: -each.given_j)
 
