@@ -42,7 +42,7 @@ ROOMS = {
     ),
     "laws": Room(5_952, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_365,
+        3_363,
         2_500,
         inside(
             "pmwvc_core",
@@ -73,7 +73,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_068,
+        3_924,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
@@ -83,7 +83,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_120, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_091, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(

@@ -80,11 +80,6 @@ def _stability(summary: dict[str, Any]) -> Outcome:
     if was is None:
         text = "Stability was not judged: the prediction is open."
         return Outcome("stability", None, text)
-    if predicted is None and summary["prediction"]["environment_limited"]:
-        limited = any(user["environment_limited"] for user in summary["users"])
-        text = "it did." if limited else "it did not have to."
-        text = f"Predicted that the server port limits the environment: {text}"
-        return Outcome("environment", limited or None, text)
     kind = LIMITED if predicted and summary["instability"] == LIMITED else was
     return Outcome("stability", *STABILITY[predicted, kind])
 

@@ -140,7 +140,7 @@ def verdict(found: Passivity, owner: str) -> str:
     text = f"{part_words(least)}, " * (least.least_j < -least.tolerance_j) + amount(least)
     if least.least_j < -least.declared_j - least.tolerance_j:  # counts of an encoder explain it
         return f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}: {text}"
-    return "; ".join([f"passive: {text}", *(port.why for port in ports if port.why)])
+    return f"passive: {text}"
 
 
 def amount(finding: Finding) -> str:
