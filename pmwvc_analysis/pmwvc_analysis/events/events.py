@@ -10,7 +10,7 @@ kinds: docs/file_format.md.
 from collections.abc import Iterator
 from typing import Any
 
-from pmwvc_analysis.events import grips, limits, nodes
+from pmwvc_analysis.events import grips, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
@@ -43,7 +43,6 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         yield from nodes.of_server(traces, scenario)
         yield from grips.events(traces.server, scenario, traces.server.scene)
     yield from faults(traces)
-    yield from limits.events(limits.withheld(traces, scenario))
     if scenario is not None and not traces.live:
         for change in changes_of(traces, scenario):
             if change.time_s < traces.duration_s:

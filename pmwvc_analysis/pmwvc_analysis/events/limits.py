@@ -15,12 +15,11 @@ the way of the device: most of its depth is not the environment's.
 Equations: docs/theory.md 5.10.
 """
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.events.nodes import COUPLED, FAULT, Event, event, limited, unbraked
+from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
 from pmwvc_core.numeric import root
@@ -37,7 +36,6 @@ class Withheld(NamedTuple):
 
     energy_j: float
     position_m: float
-    first_s: float  # time of the first wave that was shortened
     lost: bool  # whether the environment is lost
 
 
@@ -62,28 +60,17 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
         off_m = np.linalg.norm(moved - moved[joined], axis=-1)  # in a later stay it begins anew
         way_m = np.linalg.norm(users[known.name].x_m - users[known.name].x_m[0], axis=-1)
         lost = off_m[-1] > max(th.LOST_M, th.LOST_SHARE * float(np.nanmax(way_m)))
-        first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
-        energy_j, most_m = float(kept_j.sum()), float(off_m.max())
-        found[known.name] = Withheld(energy_j, most_m, first_s, bool(lost))
+        found[known.name] = Withheld(float(kept_j.sum()), float(off_m.max()), bool(lost))
     return found
 
 
 def lost(found: dict[str, Withheld]) -> str:
     """Return whose environment is lost, in words; empty if none is."""
-    texts = (
-        f"{name}: the environment is lost: the energy limit of the server port displaced the "
-        f"device by {entry.position_m * 1e3:.1f} mm"
-        for name, entry in found.items()
-        if entry.lost
-    )
-    return next(texts, "")
-
-
-def events(found: dict[str, Withheld]) -> Iterator[Event]:
-    """Yield an event where the port first limits an environment."""
     for name, entry in found.items():
-        text = f"{words(entry._asdict())} by the server port, in all"
-        yield event(entry.first_s, name, "environment", text)
+        if entry.lost:
+            port = "the energy limit of the server port displaced the device"
+            return f"{name}: the environment is lost: {port} by {entry.position_m * 1e3:.1f} mm"
+    return ""
 
 
 def words(entry: dict[str, Any]) -> str:
