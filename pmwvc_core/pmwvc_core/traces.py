@@ -175,11 +175,6 @@ class TakenTraces:
     seq: Integers
     epoch: Integers  # lowest 32 bits
 
-    def before(self, rows: int) -> "TakenTraces":
-        """Return the packets taken in by the first rows of the traces."""
-        kept = self.row < rows
-        return TakenTraces(self.row[kept], self.seq[kept], self.epoch[kept])
-
 
 @dataclass
 class HandTargets:
@@ -238,9 +233,16 @@ class SessionTraces:
         return self.source == "simulated"
 
 
+def load_of(axis: int, scenario: Any) -> tuple[str, str, float]:
+    """Return name, unit and factor of what is recorded along an axis; a torque is at the lever."""
+    if scenario is None or axis < 3:
+        return "force", "N", 1.0
+    return "torque", "N m", scenario.server.lever_m
+
+
 def loads(f: Array, scenario: Any) -> list[tuple[str, str, Array]]:
-    """Return name, unit and part of forces ``(..., dof)``; a torque is recorded at the lever."""
+    """Return name, unit and part of forces ``(..., dof)``."""
     if scenario is None or f.shape[-1] != AXES:
         return [("force", "N", f)]
-    torque = scenario.server.lever_m * f[..., 3:]
-    return [("force", "N", f[..., :3]), ("torque", "N m", torque)]
+    torque, unit, lever_m = load_of(AXES - 1, scenario)
+    return [("force", "N", f[..., :3]), (torque, unit, lever_m * f[..., 3:])]

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support.laws import as_written
 from support.simulated import least_j, simulated
-from support.verdicts import active
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -195,14 +194,14 @@ def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
     assert passed_j[-1] > 1e-4  # after the outage
     found = budget(traces, scenario)
     assert found.closes
-    assert active(found) == []
+    assert found.released == []
     node = found.parts["user1"]["node"][found.time_s > 10.5]
     assert node == pytest.approx(KEPT_J, abs=2e-5)
     (entry,) = [each for each in user_energies(traces, scenario) if each.name == "user1"]
     assert least_j(entry) >= LEAST_J
     unknown = {name: sums for name, sums in user.accounts.items() if name != "playout_released"}
     blind = replace(traces, users=[replace(user, accounts=unknown), traces.users[1]])
-    assert [each.part for each in active(budget(blind, scenario))] == ["node"]  # the control
+    assert [each.part for each in budget(blind, scenario).released] == ["node"]  # the control
 
 
 LASTED = {  # from 3 to 6 s

@@ -71,7 +71,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        4_067,
+        3_902,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
@@ -81,7 +81,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_102, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_072, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(2_936, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(

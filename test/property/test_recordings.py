@@ -168,7 +168,8 @@ def on_disk(request, tmp_path_factory):
 def active(place, scenario):
     """Return the ports and components that gave energy out, with how much [J]."""
     traces = read_session(place)
-    found = passivity(traces, scenario, budget(traces, scenario)).findings
+    energies = budget(traces, scenario)
+    found = [*passivity(traces, scenario, energies).ports, *energies.released]
     return {(each.owner, each.part): each.given_j for each in found if each.passive is False}
 
 

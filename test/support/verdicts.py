@@ -8,7 +8,6 @@ from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.thresholds import UNEVEN
-from pmwvc_analysis.verdicts.passivity import Passivity
 from support.excuses import unless_stalled
 
 LATE_S = 0.01  # of a loop: it stood still
@@ -56,8 +55,3 @@ def given_while_still_j(user) -> float:
     rows = np.flatnonzero(np.diff(user.tick) > 1)
     taken = np.sum(user.f_applied[rows] * (user.x_m[rows + 1] - user.x_m[rows]), axis=-1)
     return float(np.maximum(-taken, 0.0).sum())
-
-
-def active(found) -> list:
-    """Return the active parts of a budget, the one that gave out most first."""
-    return Passivity(tuple(found.findings)).components

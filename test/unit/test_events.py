@@ -115,18 +115,6 @@ def test_events_are_not_repeated():
     assert complete(traces, scenario) == traces.events
 
 
-def test_beyond_twenty_events_of_a_kind_the_others_are_one():
-    traces = handmade.session(duration_s=9.0)
-    user = traces.users[0]
-    for tick in range(1000, len(user.time_s) - 100, 300):
-        user.f_applied[tick] = 0.0
-    limits = [each for each in complete(traces, None) if each["kind"] == "limit"]
-    times = len(range(1000, len(user.time_s) - 100, 300))
-    assert times > 21 and len(limits) == 21
-    assert limits[-1]["what"].startswith(f"{times - 20} more times until ")
-    assert limits[-1]["time_s"] == user.time_s[1000 + 20 * 300]
-
-
 def test_a_live_environment_that_a_damper_replaced_is_named_with_time_and_count():
     """In virtual time the reason is known, too, and stands in the metadata instead."""
     traces = handmade.session()

@@ -140,9 +140,8 @@ def test_an_account_of_another_package_is_a_part_of_the_budget(monkeypatch):
     parts = known.parts[user.name]
     assert parts["lab_heat"][-1] == pytest.approx(1e-3, rel=0.02)
     assert parts["link"][-1] == pytest.approx(unknown["link"][-1] - parts["lab_heat"][-1])
-    assert words_of("link_and_lab_heat") == "link in both directions, laboratory"
+    assert words_of("lab_heat") == "laboratory"
     assert account_words("lab_heat") == "damping of the laboratory"
-    assert (user.name, "link_and_lab_heat") in [(o, part) for o, part, _ in known.judged()]
     assert (user.name, "link") in known.remainders
     signs = {role: accounted_sign(monkeypatch, heat._replace(role=role)) for role in Role}
     assert signs == {Role.TAKEN: 1, Role.GIVEN: -1, Role.WITHIN: 0, Role.LEVEL: 0, Role.SHOWN: 0}

@@ -38,7 +38,7 @@ def test_what_was_left_out_and_what_it_costs_is_reported():
         assert each["counts"]["lost"] == 0
     offsets = [each for each in found["outcomes"] if each["what"] == "offset"]
     assert [each["hit"] for each in offsets] == [None, None]
-    assert "a deadband left out packets" in offsets[0]["text"]
+    assert "left out or skipped" in offsets[0]["text"]
     assert 0.5 < measures(traces, with_)["left_out"] < 0.67
     assert measures(other, without)["left_out"] is None
     even = float(offsets[0]["text"].split("expected")[1].split("mm")[0])

@@ -69,6 +69,43 @@ def device(blocks: BlockSums, params: DeviceParams) -> tuple[Account, set[str]]:
     return (found, set()) if by_hand else (without_hand, {"hand"})
 
 
+class OfUser(NamedTuple):
+    """The energies of one user at the instants: of the hand, of the parts, and unexplained."""
+
+    hand: Array
+    parts: Sums
+    residual: Array
+    remainders: frozenset[str]  # those of the parts
+
+
+def of_user(at: "At", known: User, scenario: Scenario) -> OfUser:
+    """Return the accounts of one user. Around ticks that were skipped or not recorded both ends
+    are known, and the rest counts as sampled and held.
+    """
+    own, unknown = device(at.blocks, known.device)
+    between = channel(at, known, scenario)
+    residual = np.asarray(own.residual + between.port.residual)
+    held = np.asarray(own.given - between.port.taken)
+    if len(jumps := np.flatnonzero(np.diff(at.blocks.user.tick) > 1)):
+        open_j = np.cumsum(_in_blocks(at.blocks, jumps, residual))
+        residual, held, unknown = residual - open_j, held + open_j, unknown | {"sample_hold"}
+    sums = {"device_kinetic": own.stored, "device_damping": own.dissipated, "sample_hold": held}
+    parts = {part: at.ended(np.asarray(each)) for part, each in sums.items()}
+    return OfUser(
+        at.ended(np.asarray(own.taken)),
+        {**parts, **between.parts},
+        at.ended(residual),
+        between.remainders | unknown,
+    )
+
+
+def _in_blocks(sums: BlockSums, rows: NDArray[np.intp], energy: Array) -> Array:
+    """Return by how much an energy grew in each block of some ticks and of those behind them."""
+    inside = np.zeros(len(energy), dtype=bool)
+    inside[np.searchsorted(sums.user.block_ends, [rows, rows + 1], side="right")] = True
+    return np.where(inside, np.diff(energy, prepend=0.0), 0.0)
+
+
 class Channel(NamedTuple):
     """What is between a device and the port of its user at the server."""
 
@@ -147,9 +184,7 @@ def _plain(at: At, known: User) -> Channel:
 
     Integrate-and-dump filters and drops in one; there the rate drop has nothing of its own. A link
     includes what is in flight, and what becomes of packets at a server of another period. Where
-    parts stand around the port, only the sum of filter and hold is seen in the signals. But the
-    filter gets what a bank's low branch took in, and the hold gives what that gave out: there both
-    are known, and the bank is what is left.
+    parts stand around the port, only the sum of filter, hold and bank is seen in the signals.
     """
     blocks, user = at.blocks, at.blocks.user
     port, of_port = _port(blocks, known)
@@ -161,14 +196,8 @@ def _plain(at: At, known: User) -> Channel:
     kept = passed((FILTER, RATE_DROP, LINK_UP, LINK_DOWN, HOLD), energies)
     if not (own := at.own()):
         return Channel(port, parts | kept)
-    left = kept.pop("filter") + kept.pop("hold") - sum_of(own.values())
-    both = {"filter_and_hold": left}
-    if has_bank := "bank_low_in" in user.accounts:
-        net = at.ended(user.accounts["bank_low_in"] - user.accounts["bank_low_out"])
-        rest = net - energies["u_m_lp"] + energies["v_rx"] - own.get("position_spent", 0.0)
-        both = {"filter_and_hold": rest, "bank": left - rest}
-    remainder = "bank" if has_bank else "filter_and_hold"
-    return Channel(port, {**parts, **own, **both, **kept}, frozenset([remainder]))
+    both = {"filter_and_hold": kept.pop("filter") + kept.pop("hold") - sum_of(own.values())}
+    return Channel(port, {**parts, **own, **both, **kept}, frozenset(both))
 
 
 def _strict(at: At, known: User) -> Channel:

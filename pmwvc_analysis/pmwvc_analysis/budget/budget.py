@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
-from pmwvc_analysis.budget.criterion import behind_counts
-from pmwvc_analysis.budget.energy import declared
-from pmwvc_analysis.budget.parts import MISSED, notes_on, of_server
+from pmwvc_analysis.budget.energy import declared_j
+from pmwvc_analysis.budget.parts import notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
@@ -33,7 +32,6 @@ from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONM
 from pmwvc_core.numeric import Array, Value, dot, squared
 from pmwvc_core.plant.device import damper_heat
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces
 
 
@@ -64,55 +62,25 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     inside, unexplained = _server_parts(server, stages(traces, scenario), into)
     # users other than these sent no trace
     recorded = sum_of(np.subtract(*at_server[user.name]) for user in users)
-    hands, parts = {}, {}
-    residuals = {SERVER: (unexplained - (into - recorded))[rows]}
-    left_over: list[tuple[str, str]] = []
-    tanks = {user.name for user in users if "position_surplus" in user.accounts}
-    if scenario.coupling.black_box and COMPENSATIONS.of(scenario.server.compensation).limits:
-        tanks.add(SERVER)
+    of_users = {}
     for user in users:
-        own, kept = known[user.name], BlockSums(user, traces.live)
-        device, unknown = blocks.device(kept, own.device)
+        kept = BlockSums(user, traces.live)
         ends = (energy[rows] for energy in at_server[user.name])
         at = blocks.At(kept, kept.ended(time_s), kept.sent(time_s), *ends)
-        channel = blocks.channel(at, own, scenario)
-        residual = np.asarray(device.residual + channel.port.residual)
-        of_device: dict[str, Value] = {
-            "device_kinetic": device.stored,
-            "device_damping": device.dissipated,
-            "sample_hold": device.given - channel.port.taken,
-        }
-        if len(jumps := np.flatnonzero(np.diff(user.tick) > 1)):  # both ends are known there
-            held = np.asarray(of_device["sample_hold"])
-            lost = np.cumsum(np.minimum(_in_blocks(kept, jumps, held), 0.0))
-            open_j = np.cumsum(_in_blocks(kept, jumps, residual))
-            of_device |= {"sample_hold": held - lost, MISSED: lost + open_j}
-            residual, unknown = residual - open_j, unknown | {MISSED}
-        hands[user.name] = at.ended(np.asarray(device.taken))
-        residuals[user.name] = at.ended(residual)
-        of_blocks = {part: at.ended(np.asarray(sums)) for part, sums in of_device.items()}
-        parts[user.name] = {**of_blocks, **channel.parts}
-        left_over += [(user.name, part) for part in sorted(unknown | channel.remainders)]
-    counted = frozenset(u.name for u in users if behind_counts(known[u.name], scenario))
+        of_users[user.name] = blocks.of_user(at, known[user.name], scenario)
+    left_over = [(name, part) for name, own in of_users.items() for part in sorted(own.remainders)]
+    residuals = {name: own.residual for name, own in of_users.items()}
     return Budget(
         time_s,
-        hands,
-        {**parts, SERVER: {part: sums[rows] for part, sums in inside.items()}},
-        {name: residuals[name] for name in (*hands, SERVER)},
-        frozenset(tanks),
+        {name: own.hand for name, own in of_users.items()},
+        {name: own.parts for name, own in of_users.items()}
+        | {SERVER: {part: sums[rows] for part, sums in inside.items()}},
+        residuals | {SERVER: (unexplained - (into - recorded))[rows]},
         notes_on(users, known, server),
-        {user.name: declared(scenario, known[user.name]) for user in users},
-        counted,
+        {user.name: declared_j(scenario, known[user.name]) for user in users},
         [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
-        tuple(hole.unjudged for hole in holes.of_server(server)),
+        server_is_whole=not holes.of_server(server),
     )
-
-
-def _in_blocks(sums: BlockSums, rows: NDArray[np.intp], energy: Array) -> Array:
-    """Return by how much an energy grew in each block of some ticks and of those behind them."""
-    inside = np.zeros(len(energy), dtype=bool)
-    inside[np.searchsorted(sums.user.block_ends, [rows, rows + 1], side="right")] = True
-    return np.where(inside, np.diff(energy, prepend=0.0), 0.0)
 
 
 def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:

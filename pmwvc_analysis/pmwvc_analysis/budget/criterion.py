@@ -19,7 +19,6 @@ Equations: docs/theory.md 13.4.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -36,15 +35,6 @@ MOST_SHOWN = 3  # intervals not judged
 UNRESOLVED = "the steps of the encoder leave the work of the hand open"
 
 
-class Declared(NamedTuple):
-    """Energy held at the start by the parameters [J]: by a user's controller, and on the strict
-    channel by the playouts at both ends.
-    """
-
-    controller_j: float = 0.0
-    playouts_j: float = 0.0
-
-
 @dataclass(frozen=True)
 class Finding:
     """The judgement of one part: a port, a direction of the link, or a part of the budget."""
@@ -58,7 +48,6 @@ class Finding:
     tolerance_j: float = 0.0  # at that instant [J]
     declared_j: float = 0.0  # storage or allowance that is declared [J]
     moved_j: float = 0.0  # energy moved: the scale [J]
-    decides: bool = True  # part of the verdict; a component that others pay for is only named
     unjudged: tuple[Unjudged, ...] = ()
     why: str = ""
     counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
@@ -113,9 +102,7 @@ class Balance:
         """The lowest balance, never above the zero it starts from [J]."""
         return min(0.0, float(self.balance_j.min(initial=0.0)))
 
-    def judged(
-        self, owner: str, part: str, unjudged: Sequence[Unjudged] = (), *, decides: bool = True
-    ) -> Finding:
+    def judged(self, owner: str, part: str, unjudged: Sequence[Unjudged] = ()) -> Finding:
         """Return the result of the criterion; ``unjudged`` are times in which the balance may have
         been below the limit without a record of it. What an encoder cannot resolve is not judged.
         """
@@ -126,8 +113,8 @@ class Balance:
         moved_j = float(own_j.max(initial=0.0)) if self.moved_j is None else self.moved_j
         found = Finding(
             owner, part, None, tolerance_j=TOLERANCE_J, declared_j=self.declared_j,
-            moved_j=moved_j, decides=decides, unjudged=tuple(unjudged),
-            why="; ".join(whys) or "nothing of it was recorded", counts_j=self.counts_j,
+            moved_j=moved_j, unjudged=tuple(unjudged), counts_j=self.counts_j,
+            why="; ".join(whys) or "nothing of it was recorded",
         )  # fmt: skip
         if not len(balance_j):
             return found

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import Balance, Declared, Finding, counts_j, together
+from pmwvc_analysis.budget.criterion import Balance, Finding, counts_j, together
 from pmwvc_analysis.traces.block_sums import BlockSums, hand_work, up_to
 from pmwvc_analysis.traces.holes import GAP, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.sums import running, sum_of
@@ -91,7 +91,7 @@ def _of_user(
         down = Balance(times, given, passed_on)
     joint = Balance(
         times, up_to(work, ended), taken - given,
-        sum(declared(scenario, known)) if scenario and known else 0.0,
+        declared_j(scenario, known) if scenario and known else 0.0,
         counts_j(traces, scenario, user.name), up_to(resolution, ended),
     )  # fmt: skip
     return UserEnergy(user.name, up, down, joint, judged.unjudged)
@@ -103,10 +103,12 @@ def server_sums(server: ServerTraces) -> tuple[Array, Array, Array]:
     return u_s, v_s, server.kinetic + server.potential + server.dissipated
 
 
-def declared(scenario: Scenario, user: User) -> Declared:
-    """Return the energy that a user's ends hold at the start."""
-    own = record_of(scenario.controller).storage_j(user.master, user.baseline)
-    return Declared(own, scenario.strict * float(user.master.store_j + scenario.server.store_j))
+def declared_j(scenario: Scenario, user: User) -> float:
+    """Return the energy that a user's ends hold at the start by their parameters [J]: of the
+    controller, and on the strict channel of the playouts at both ends.
+    """
+    own_j = record_of(scenario.controller).storage_j(user.master, user.baseline)
+    return own_j + scenario.strict * float(user.master.store_j + scenario.server.store_j)
 
 
 def within(found: Finding, balance: Balance, uncertain_s: float) -> Finding:

@@ -18,21 +18,19 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.words import count
 
-MISSED = "missed"
 # words, empty for those of the account of the same name; group under which a figure adds it up
 PARTS: Mapping[str, tuple[str, str]] = {
     "hand": ("given by the hand", "hands"),
     "device_kinetic": ("motion of the device", "devices"),
     "device_damping": ("damping of the device", "devices"),
-    MISSED: ("while ticks were skipped or not recorded", "devices"),
     "sample_hold": ("sampling and holding at the device", "sampling and safety"),
     "safety": ("safety limits", "sampling and safety"),
     "filter": ("anti-aliasing filter", "filters and holds"),
     "rate_drop": ("rate drop", "filters and holds"),
     "hold": ("hold", "filters and holds"),
-    "filter_and_hold": ("anti-aliasing filter and hold", "filters and holds"),
+    "filter_and_hold": ("anti-aliasing filter, hold and filter bank", "filters and holds"),
     "node": ("", "filters and holds"),
-    "node_and_link_down": ("", "filters and holds"),
+    "node_and_link_down": ("node and link down with packets in flight", "filters and holds"),
     "link_up": ("link up with packets in flight", "links"),
     "link_down": ("link down with packets in flight", "links"),
     "link": ("link in both directions", "links"),
@@ -47,9 +45,6 @@ PARTS: Mapping[str, tuple[str, str]] = {
     "environment_heat": ("dissipated in the environment", "contacts"),
     "object_kinetic": ("motion of the object", "object"),
     "object_damping": ("damping of the object", "object"),
-    "filter_and_rate_drop": ("anti-aliasing filter and rate drop", "controller"),
-    "bank": ("splitting and joining of the filter bank", "controller"),
-    "environment_stored_and_environment_heat": ("environment", "controller"),
 }
 UNKNOWN = ("", "controller")
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
@@ -63,11 +58,9 @@ def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def words_of(part: str) -> str:
-    """Return a part in words, or several that are judged together."""
+    """Return a part in words."""
     if words := PARTS.get(part, UNKNOWN)[0]:
         return words
-    if "_and_" in part:
-        return ", ".join(words_of(each) for each in part.split("_and_"))
     entry = entries().get(part)
     return entry.part or entry.words if entry else part.replace("_", " ")
 

@@ -1,36 +1,25 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An energy budget as numbers over time, whether it closes, and which part was active.
+"""An energy budget as numbers over time, whether it closes, and which parts released energy.
 
-A part that is not passive (:mod:`.criterion`) was *active*. What belongs together is judged
-together: the anti-aliasing filter pays for the rate drop and for a velocity filter, and a position
-feedback with an energy tank spends what filter, hold and link have kept. Behind counts of an
-encoder the work of node and sampling is not known, nor is the heat in a device whose velocity is
-measured: none is judged.
+A part whose running sum fell below zero released energy that it had not received, unless its
+owner declared that. Others may have paid for it: the ports decide (:mod:`..verdicts.passivity`).
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import Balance, Declared, Finding
-from pmwvc_analysis.budget.parts import MISSED, accounted, words_of
-from pmwvc_analysis.traces.holes import Unjudged
-from pmwvc_analysis.traces.sums import sum_of
+from pmwvc_analysis.budget.criterion import Balance, Finding
+from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
 from pmwvc_core.numeric import Array
 
 SERVER = "server"
-# What pays for one another, in this order.
-AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
-DAMPER = "device_damping"  # where sensors show something else than the device does, what is left
-AT_COUNTS = ("sample_hold", "node", "node_and_link_down")  # the true motion less that counted
-ENVIRONMENT = ("environment_stored", "environment_heat")
-PAID = ("position_spent", *AROUND, "link_down")
-PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
-
+# Of a device that shows something else than it does, and of ticks that were skipped or not
+# recorded, these are what the others leave: that is no release.
+OPEN = "device_damping", "sample_hold"
 
 Sums = dict[str, Array]  # running sums [J] by part
 
@@ -43,14 +32,11 @@ class Budget:
     hands: dict[str, Array]
     parts: dict[str, Sums]
     residuals: dict[str, Array]
-    tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
-    declared: dict[str, Declared] = field(default_factory=dict)  # by user
-    counts: frozenset[str] = frozenset()  # users whose waves come of an encoder's counts
+    declared_j: dict[str, float] = field(default_factory=dict)  # at the start, by user
     # owners and parts that it does not compute for themselves: no error in these is found
     remainders: list[tuple[str, str]] = field(default_factory=list)
-    # steps of the server that were not recorded: its parts, summed step by step, end at the first
-    server_holes: tuple[Unjudged, ...] = ()
+    server_is_whole: bool = True  # else its parts, summed step by step, are not known
 
     @property
     def residual_j(self) -> Array:
@@ -74,41 +60,18 @@ class Budget:
         """Tell whether the residual was never larger than that."""
         return bool(np.abs(self.residual_j).max(initial=0.0) <= self.tolerance_j)
 
-    def judged(self) -> Iterator[tuple[str, str, Array]]:
-        """Return owner, part and its sums over time, from which active parts are found."""
-        for owner, parts in self.parts.items():
-            unknown = {MISSED, *({DAMPER} if (owner, DAMPER) in self.remainders else ())}
-            known = {n: sums for n, sums in parts.items() if n not in unknown}
-            for part in AT_COUNTS if owner in self.counts else ():
-                known.pop(part, None)
-            linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
-            for group in (AROUND, linked, ENVIRONMENT):
-                members = [part for part in group if part in known]
-                if len(members) > 1:
-                    known |= _joined({part: known.pop(part) for part in members})
-            if owner in self.tanks:
-                for part in ("position_spent", "late_decoding", "withheld"):
-                    known.pop(part, None)
-                paid = [part for part in (*PAID, *PAID_PORT) if part in parts]
-                known |= _joined({part: parts[part] for part in paid})
-            for part, found in known.items():
-                yield owner, part, found
-
     @property
-    def findings(self) -> list[Finding]:
-        """Return the result of the passivity criterion for every part."""
-        moved, found = self.moved_j, []
-        for owner, part, sums in self.judged():
-            declared = self.declared.get(owner, Declared())  # by the parts that hold it
-            tank, links = "position_spent" in part or "node" in part, "link" in part
-            unjudged = self.server_holes if owner == SERVER else ()
-            known = self.time_s < min((hole.start_s for hole in unjudged), default=np.inf)
-            stored_j = tank * declared.controller_j + links * declared.playouts_j
-            balance = Balance(
-                self.time_s[known], sums[known], 0.0 * sums[known], stored_j, moved_j=moved
-            )
-            found.append(balance.judged(owner, part, unjudged, decides=False))
-        return found
+    def released(self) -> list[Finding]:
+        """Return the parts that released energy that they had not received, most first."""
+        moved_j, found = self.moved_j, []
+        for owner, parts in self.parts.items():
+            declared_j = self.declared_j.get(owner, 0.0)
+            for part, sums in parts.items() if owner != SERVER or self.server_is_whole else ():
+                own = self.time_s, sums, 0.0 * sums, declared_j
+                if part not in OPEN or (owner, part) not in self.remainders:
+                    found.append(Balance(*own, moved_j=moved_j).judged(owner, part))
+        active = [each for each in found if each.passive is False]
+        return sorted(active, key=lambda each: -each.given_j)
 
     def summary(self) -> dict[str, Any]:
         """Return the budget as plain numbers: the contents of ``budget.json``."""
@@ -123,7 +86,7 @@ class Budget:
             "users": [
                 {"name": name, "hand_j": _last(hand)}
                 | self._energies(name)
-                | {"declared_storage_j": sum(self.declared.get(name, ()))}
+                | {"declared_storage_j": self.declared_j.get(name, 0.0)}
                 for name, hand in self.hands.items()
             ],
             "server": self._energies(SERVER),
@@ -147,11 +110,6 @@ class Budget:
             lines.append((label, [self.parts[owner].get(part) for owner in owners]))
         lines.append(("residual", [self.residuals[owner] for owner in owners]))
         return [(t, [None if s is None else _last(s) for s in row]) for t, row in lines]
-
-
-def _joined(members: Sums) -> Sums:
-    """Return running sums as the one of their sum, named after all of them."""
-    return {"_and_".join(members): sum_of(members.values())}
 
 
 def _last(sums: Array) -> float:

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.probes import free_space, pressed_stiffness
 from pmwvc_analysis.models.linear import left_out as unmodelled
@@ -65,9 +64,8 @@ def least_balance(traces: SessionTraces, scenario: Scenario | None) -> dict[str,
     The links alone do not decide: a server that decodes a step late, or a compensation that
     stretches a wave, generates energy behind a passive link.
     """
-    found = passivity(traces, scenario, budget(traces, scenario))
-    seen = (each for each in found.findings if each.passive is not None or each.least_j < 0.0)
-    ports = [finding for finding in seen if finding.decides]
+    found = passivity(traces, scenario, None)
+    ports = [each for each in found.ports if each.passive is not None or each.least_j < 0.0]
     if not ports:
         return {"passive": None, "active_part": None, "energy_min_j": None}
     worst = min(ports, key=lambda finding: finding.least_j)

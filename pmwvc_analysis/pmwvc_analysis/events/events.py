@@ -7,18 +7,16 @@ the traces show. An event is ``{"time_s": float | None, "who": str, "kind": str,
 kinds: docs/file_format.md.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
-from pmwvc_analysis.events import grips, limits, nodes
+from pmwvc_analysis.events import grips, nodes
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.words import count
-
-MOST = 20  # events of one kind; more are reported as one
 
 
 def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
@@ -34,20 +32,8 @@ def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
         recorder = each.get("who") == "recorder" and "code" not in each
         noted.append(each | {"kind": each.get("kind", "recording" if recorder else "ended")})
     seen = {key(each) for each in noted}
-    found = noted + [each for each in _few(_derived(traces, scenario)) if key(each) not in seen]
+    found = noted + [each for each in _derived(traces, scenario) if key(each) not in seen]
     return sorted(found, key=lambda each: (each["time_s"] is not None, each["time_s"] or 0.0))
-
-
-def _few(found: Iterable[Event]) -> Iterator[Event]:
-    """Yield the first events of each kind, those beyond ``MOST`` as one."""
-    kinds: dict[tuple[str, str], list[Event]] = {}
-    for each in found:
-        kinds.setdefault((each["who"], each["kind"]), []).append(each)
-    for (who, kind), own in kinds.items():
-        yield from own[:MOST]
-        if rest := own[MOST:]:
-            last = f"until {rest[-1]['time_s']:.2f} s, the last: {rest[-1]['what']}"
-            yield event(rest[0]["time_s"], who, kind, f"{count(len(rest), 'more time')} {last}")
 
 
 def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
@@ -57,7 +43,6 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         yield from nodes.of_server(traces, scenario)
         yield from grips.events(traces.server, scenario, traces.server.scene)
     yield from faults(traces)
-    yield from limits.events(limits.withheld(traces, scenario))
     if scenario is not None and not traces.live:
         for change in changes_of(traces, scenario):
             if change.time_s < traces.duration_s:

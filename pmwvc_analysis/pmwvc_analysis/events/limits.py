@@ -9,21 +9,19 @@ the device away from its avatar; a port that learns repays that::
     energy_j   = sum (|v|^2 - |v'|^2) T_VE/2
     position_m = largest |sum (u + v' - (2b)^(1/2) xd) T_VE (2 b_m)^(-1/2)|
 
-The environment is lost where this displacement is, for a whole second, more than 2 mm and more
-than half of the way of the device so far: most of its depth is not the environment's.
+The environment is lost where at the end this displacement is more than 2 mm and more than half of
+the way of the device: most of its depth is not the environment's.
 
 Equations: docs/theory.md 5.10.
 """
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.events.nodes import COUPLED, FAULT, Event, event, limited, unbraked
+from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -38,60 +36,41 @@ class Withheld(NamedTuple):
 
     energy_j: float
     position_m: float
-    first_s: float  # time of the first wave that was shortened
-    lost_s: float | None  # time from which the environment is lost; None: never
+    lost: bool  # whether the environment is lost
 
 
 def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Withheld]:
     """Return the users whose environment was limited, as far as scenario and trace show it."""
-    server = traces.server
-    if scenario is None or server is None or not has_waves(scenario.controller):
-        return {}
-    known, found = {user.name: user for user in scenario.users}, dict[str, Withheld]()
-    for user in traces.users if "withheld" in server.accounts else []:
-        if user.name not in known or user.name not in server.users:
+    server, found = traces.server, dict[str, Withheld]()
+    if scenario is None or server is None or "withheld" not in server.accounts:
+        return found
+    users = {user.name: user for user in traces.users}
+    for known in (each for each in scenario.users if each.name in server.users):
+        index = server.users.index(known.name)
+        port, there = WavePort(known.server_impedance), server.state[index] > 0
+        signals = server.u_s, server.v_s, server.f_s, server.xd_s
+        u, v, f, xd = (np.nan_to_num(each[index] * there[:, np.newaxis]) for each in signals)
+        whole = np.asarray(port.v(u, f))
+        kept_j = 0.5 * server.periods_s * np.sum(whole**2 - v**2, axis=-1)
+        if known.name not in users or not kept_j.sum() > th.WITHHELD_J:
             continue
-        index = server.users.index(user.name)
-        port, there = WavePort(known[user.name].server_impedance), server.state[index] > 0
-        u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
-        whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
-        kept_j = np.where(there, 0.5 * server.periods_s * np.sum(whole**2 - v**2, axis=-1), 0.0)
-        energy = float(kept_j.sum())
-        if not energy > th.WITHHELD_J:
-            continue
-        off = u + v - port.u(np.nan_to_num(server.xd_s[index]), 0.0)
-        off = np.where(there[:, np.newaxis], off / root(2.0 * known[user.name].impedance), 0.0)
+        off = (u + v - port.u(xd, 0.0)) / root(2.0 * known.impedance)
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
-        first_s = float(server.time_s[np.argmax(kept_j > 0.01 * th.WITHHELD_J)])
         joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
-        # an avatar of a later stay begins anew
-        off_m = np.linalg.norm(moved - moved[joined], axis=-1)
-        way_m = np.linalg.norm(user.x_m - user.x_m[0], axis=-1)[user.rows_at(server.time_s)]
-        gone = off_m > np.maximum(th.LOST_M, th.LOST_SHARE * np.fmax.accumulate(way_m))
-        lasting = (server.time_s[rows] for rows in spans(gone & there))
-        lost_s = (float(each[0]) for each in lasting if each[-1] - each[0] >= th.LASTING_S)
-        found[user.name] = Withheld(energy, float(off_m.max()), first_s, next(lost_s, None))
+        off_m = np.linalg.norm(moved - moved[joined], axis=-1)  # in a later stay it begins anew
+        way_m = np.linalg.norm(users[known.name].x_m - users[known.name].x_m[0], axis=-1)
+        lost = off_m[-1] > max(th.LOST_M, th.LOST_SHARE * float(np.nanmax(way_m)))
+        found[known.name] = Withheld(float(kept_j.sum()), float(off_m.max()), bool(lost))
     return found
 
 
 def lost(found: dict[str, Withheld]) -> str:
     """Return whose environment is lost, in words; empty if none is."""
-    texts = (
-        f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
-        f"of the server port displaced the device by {entry.position_m * 1e3:.1f} mm"
-        for name, entry in found.items()
-        if entry.lost_s is not None
-    )
-    return next(texts, "")
-
-
-def events(found: dict[str, Withheld]) -> Iterator[Event]:
-    """Yield an event where the port first limits an environment, and one where it is lost."""
     for name, entry in found.items():
-        text = f"{words(entry._asdict())} by the server port, in all"
-        yield event(entry.first_s, name, "environment", text)
-        if entry.lost_s is not None:
-            yield event(entry.lost_s, name, "environment", "environment lost")
+        if entry.lost:
+            port = "the energy limit of the server port displaced the device"
+            return f"{name}: the environment is lost: {port} by {entry.position_m * 1e3:.1f} mm"
+    return ""
 
 
 def words(entry: dict[str, Any]) -> str:

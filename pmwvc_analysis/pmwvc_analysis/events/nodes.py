@@ -103,16 +103,13 @@ def of_server(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Even
     holds = scenario is not None and any(u.contact.grips for u in scenario.users)
     found = holes.of_server(server), [server.time_s[n - 1 : n + 1] for n in holes.starts(server)]
     yield from _breaks("server", "steps", server.time_s, server.period_s, *found)
-    masters = {user.name: user for user in traces.users}
-    for index, name in enumerate(server.users):
-        yield from _presence(server, index, masters.get(name), traces.duration_s)
+    for index in range(len(server.users)):
+        yield from _presence(server, index, traces.duration_s)
         made = "grip" if holds else "contact"
         yield from _contacts(server, index, traces.duration_s, made, scenario)
 
 
-def _presence(
-    server: ServerTraces, index: int, user: UserTraces | None, duration_s: float
-) -> Iterator[Event]:
+def _presence(server: ServerTraces, index: int, duration_s: float) -> Iterator[Event]:
     name, state = server.users[index], server.state[index]
     before: int = Presence.ABSENT
     again = holes.starts(server)
@@ -125,12 +122,7 @@ def _presence(
         if now == Presence.ABSENT:
             yield event(time_s, name, "leave", "left the server")
         elif before == Presence.ABSENT:
-            text = "joined at the server"
-            if user is not None and len(user.time_s):
-                apart = user.x_m[user.rows_at(server.time_s[row])] - server.x_s[index][row]
-                if (length_m := float(np.linalg.norm(apart))) > th.APART_M:
-                    text += f", {1e3 * length_m:.1f} mm from its device"
-            yield event(time_s, name, "join", text)
+            yield event(time_s, name, "join", "joined at the server")
         elif now == Presence.DAMPING:
             text = "no packets reach the server: the avatar is only damped"
             yield event(time_s, name, "damping", text)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of a comparison: the same signals of all sessions in panels of one scale, the measures
-as dots. Along the axis of the task.
+"""Figures of a comparison: the same signals of all sessions in panels of one scale, along the axis
+of the task. The measures stand in its table.
 
 The scale is that of the stable sessions, so that one that diverges does not flatten the others; a
 title names where signals leave the panel.
@@ -14,28 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.charts.chart import Chart, Curve, Dots, Panel
+from pmwvc_analysis.charts.chart import Chart, Curve, Panel
 from pmwvc_analysis.charts.chart_files import write
-from pmwvc_analysis.compare.measures import COLUMNS, Compared
+from pmwvc_analysis.compare.measures import Compared
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
 from pmwvc_analysis.traces.apart import apart
 
-DRAWN = "coherency_rms_m", "force_error_rms_n", "buzz_n", "energy_min_j"
-VERDICTS = (  # on stability, label, tint, mark
-    (True, "stable", "u0", "ring"),
-    (False, "not stable", "alarm", "cross"),
-    (None, "not judged", "object", "plus"),
-)
 OVERLAID = ("device on hand [N]", "f_applied", 1.0), ("device [mm]", "x_m", 1e3)
-WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
 
 def draw_all(entries: Sequence[Compared], folder: Path) -> list[tuple[Chart, Path]]:
     """Write every figure as PNG and SVG; return the figures with their PNG in reading order."""
-    found = [measures(entries)]
-    if len(entries) == 2:
-        found.append(overlay(*entries))
+    found = [overlay(*entries)] if len(entries) == 2 else []
     found += [signals(entries, *signal) for signal in SIGNALS]
     named = [
         replace(chart, name=f"compare_{chart.name}", title=chart.title or chart.heading)
@@ -125,22 +116,3 @@ def overlay(first: Compared, second: Compared) -> Chart:
         panels,
         f"{first.label} and {second.label}",
     )
-
-
-def measures(entries: Sequence[Compared]) -> Chart:
-    """Return the measures of all sessions, with a mark by the verdict on stability."""
-    names = [entry.label.replace(", ", "\n") for entry in entries]
-    stable = np.array([entry.measures["stable"] for entry in entries], dtype=object)
-    panels = []
-    for name, heading, _, factor in (column for column in COLUMNS if column[0] in DRAWN):
-        values = factor * np.array([entry.measures[name] for entry in entries], dtype=float)
-        known = values[np.isfinite(values)]
-        wide = len(known) > 0 and known.min() > 0.0 and known.max() > WIDE * known.min()
-        dots = []
-        for verdict, words, tint, mark in VERDICTS:
-            rows = np.flatnonzero(np.isfinite(values) & (stable == verdict))
-            dots.append(Dots(words, rows.astype(float), values[rows], tint, mark))
-        look: dict[str, Any] = {"y_log": wide, "with_zero": not wide, "height": 110.0}
-        panels.append(Panel("", (), dots, title=heading, x_label="", x_names=names, **look))
-    caption = "One row of marks per measure, one column per session."
-    return Chart("measures", "Measures", caption, panels)

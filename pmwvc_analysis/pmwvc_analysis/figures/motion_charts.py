@@ -14,7 +14,7 @@ from pmwvc_analysis.charts.chart import DASHES, Chart, Curve, Dash, Level, Panel
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces, UserTraces, load_of
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")
 TOGETHER = 2  # users in one panel; more have a panel each
@@ -85,11 +85,11 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if not traces.users:
         return None
     limits = {user.name: user.safety.max_force for user in scenario.users} if scenario else {}
-    dof, lever_m = traces.users[0].f_applied.shape[1], scenario.server.lever_m if scenario else 1.0
+    dof = traces.users[0].f_applied.shape[1]
     axes = range(dof) if dof * len(traces.users) <= MOST_PANELS else range(1)
     panels = []
     for user, axis in itertools.product(traces.users, axes):
-        load, unit, scale = ("torque", "N m", lever_m) if axis > 2 else ("force", "N", 1.0)
+        load, unit, scale = load_of(axis, scenario)
         lines, limit = force_lines(traces, user, axis, scale), limits.get(user.name, np.inf)
         seen = np.concatenate([line.y for line in lines] if axis < 3 else [np.zeros(1)])
         near = (-limit, -np.nanmin(seen, initial=0.0)), (limit, np.nanmax(seen, initial=0.0))

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from pmwvc_analysis.budget.criterion import behind_counts, held
-from pmwvc_analysis.budget.energy import declared
+from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.models.answer import Exact
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
 from pmwvc_analysis.prediction import environment, prediction
@@ -153,7 +153,7 @@ def _stability(model: Exact) -> str:
 
 def _storage_lines(scenario: Scenario) -> list[str]:
     """Return the declared storage of each port."""
-    stored = {user.name: sum(declared(scenario, user)) for user in scenario.users}
+    stored = {user.name: declared_j(scenario, user) for user in scenario.users}
     return [
         f"{name}: declared storage {1e3 * energy_j:.3g} mJ."
         for name, energy_j in stored.items()

@@ -13,7 +13,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from pmwvc_analysis.traces.thresholds import GONE_S, LATE
-from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, SessionTraces
 
@@ -22,13 +21,14 @@ def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float
     """Return the largest ratio, over the links, of time spent in intervals before late packets."""
     if end_s <= start_s:
         return 0.0
-    lengths_s = (np.diff(_waits(each, start_s, end_s)).sum() for each in links)
-    return float(max(lengths_s, default=0.0)) / (end_s - start_s)
+    return max((_waited_s(each, start_s, end_s) for each in links), default=0.0) / (
+        end_s - start_s
+    )
 
 
-def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
-    """Return the intervals before late packets, from and until [s], ``(waits, 2)``. Packets that
-    were not the newest when they came do not count.
+def _waited_s(packets: PacketTraces, start_s: float, end_s: float) -> float:
+    """Return the time before late packets [s]; packets that were not the newest when they came do
+    not count.
     """
     order = np.argsort(packets.time_s, kind="stable")
     seq, epoch = packets.seq[order], packets.epoch[order]
@@ -42,8 +42,7 @@ def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
         times_s, due_s = np.append(times_s, end_s), np.append(due_s, due_s[-1])
     gaps_s, due_s = np.diff(times_s), due_s[1:]
     late = (gaps_s > (1.0 + LATE) * due_s) & (times_s[1:] > start_s)
-    begun_s = np.maximum(times_s[:-1], start_s)
-    return np.stack([begun_s[late], times_s[1:][late]], axis=1)
+    return float((times_s[1:] - np.maximum(times_s[:-1], start_s))[late].sum())
 
 
 def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, float]:

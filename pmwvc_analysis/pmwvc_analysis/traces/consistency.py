@@ -25,9 +25,9 @@ from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.impedance import WavePort
 
 RELATIVE, SMALLEST = 1e-6, 1e-9  # differences up to these are rounding
-# Accounts of what answers the outgoing wave within the tick: v_m then depends on how far it was
-# shortened.
-ANSWERS = {"velocity_filter", "local_stored", "bank_low_in"}
+# Accounts of what answers the outgoing wave within the tick, or takes another velocity: what a
+# port makes of it is not on record.
+ANSWERS = {"velocity_filter", "force_velocity_filter", "local_stored", "bank_low_in"}
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number: those are named
@@ -74,26 +74,22 @@ def _master(
     user: UserTraces, known: User | None, traces: SessionTraces, scenario: Scenario | None
 ) -> Iterator[str]:
     """Yield the contradictions in the record of a master."""
-    name, whole = user.name, complete(user)
-    if known is not None and whole and not measured(known.device):
+    name = user.name
+    if known is not None and complete(user) and not measured(known.device):
         yield from _work(user)
     if scenario is not None and not has_waves(scenario.controller):
         return
     for wave in ("u_m", "v_m"):
         sums = _blocks(user, _power(getattr(user, wave)) * user.tick_s / 2.0, user.energy[wave])
         yield from _off(f"{name}: the energy of {wave} is not its sum", "J", *sums)
-    if known is None or "force_velocity_filter" in user.accounts:  # its velocity is not on record
+    if known is None or ANSWERS & user.accounts.keys() or known.master.rises > 1.0:
         return
-    port, answers = WavePort(known.impedance), bool(ANSWERS & user.accounts.keys())
-    limited = (np.abs(user.f_applied - user.f_m) > SMALLEST).any(axis=-1)
-    if scenario is not None and scenario.strict:
-        # nor is on record what a port makes of counts, or which impedance it follows
-        free, natural = slice(None), known.master.rises == 1.0 and not measured(known.device)
-    else:  # beyond a limit u_m is shortened, and parts that answer it change v_m with it
-        free, natural = np.cumsum(limited) == 0, whole and not answers
-        force, rows = np.asarray(port.force(user.xd_m, user.v_m)), ~(limited & answers)
-        yield from _off(f"{name}: F is not b xd - sqrt(2b) v_m", "N", user.f_m, force, rows)
-    if natural:
+    port, strict = WavePort(known.impedance), scenario is not None and scenario.strict
+    if not strict:
+        force = np.asarray(port.force(user.xd_m, user.v_m))
+        yield from _off(f"{name}: F is not b xd - sqrt(2b) v_m", "N", user.f_m, force)
+    if complete(user) and not (strict and measured(known.device)):  # nor is what counts make of it
+        free = np.cumsum((np.abs(user.f_applied - user.f_m) > SMALLEST).any(axis=-1)) == 0
         u_m = np.asarray(port.u(user.xd_m, user.v_m))
         yield from _off(f"{name}: u_m is not sqrt(2b) xd - v_m", "sqrt(W)", user.u_m, u_m, free)
 

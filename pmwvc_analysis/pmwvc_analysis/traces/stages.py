@@ -17,9 +17,9 @@ from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Flags
 from pmwvc_core.scenario.names import Change, changed, read_changes
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
 
-Table = TypeVar("Table", FateTraces, PacketTraces, ServerTraces, UserTraces)
+Table = TypeVar("Table", PacketTraces, ServerTraces, UserTraces)
 OF_BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes", "orientation")
 
 
@@ -69,12 +69,11 @@ def rows_of(found: Sequence[Stage], time_s: Iterable[float]) -> list[Flags]:
 
 
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:
-    """Return what there was before ``end_s``, without users of whom nothing is left; the same
-    object where that is everything.
+    """Return the motion, forces and packets before ``end_s``, without users of whom nothing is
+    left; the same object where that is everything.
     """
     if end_s >= traces.duration_s:
         return traces
-    zeros = traces.metadata.get("fate_zero_ns", {})
     late = traces.metadata.get("server_lateness_s")
     server, metadata = traces.server, dict(traces.metadata)
     if server is not None:
@@ -82,23 +81,12 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         if late is not None and len(late) == len(kept):
             metadata["server_lateness_s"] = late[kept]
         server = with_rows(server, kept) if kept.any() else None
-    users = [user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s]
-    rows = {f"{user.name}/down": len(user.time_s) for user in users}
-    steps = 0 if server is None else len(server.time_s)
     return replace(
         traces,
         duration_s=end_s,
-        users=users,
+        users=[user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s],
         server=server,
         packets={t: with_rows(each, each.time_s < end_s) for t, each in traces.packets.items()},
-        fates={
-            link: with_rows(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
-            for link, each in traces.fates.items()
-        },
-        taken={
-            link: each.before(steps if link.endswith("/up") else rows.get(link, 0))
-            for link, each in traces.taken.items()
-        },
         metadata=metadata,
     )
 

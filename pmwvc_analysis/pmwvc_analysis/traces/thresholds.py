@@ -52,7 +52,6 @@ LIMITED_RATIO = 0.01  # and of its size
 OFTEN, OFTEN_RATIO = 3, 0.05  # times, and of the second half: limits that act again and again
 LARGEST = 0.99  # of the largest force: as large as the limits allow
 WITHHELD_J = 1e-9  # less of a returning wave was not shortened
-LASTING_S = 1.0  # of a displacement by which an environment is lost
 LOST_M = 2e-3  # less is no loss of an environment
 LOST_SHARE = 0.5  # of a device's way: more of it is not the environment's
 # Grips.
@@ -63,7 +62,6 @@ EARLY_S = 0.5  # before the end of the session: a node that ended then ended ear
 STALL_S, STALL_PERIODS = 0.02, 2.5  # a pause of a loop: an event, and no filter goes across it
 JOIN_S = 0.25  # between two limits of a force that are one event
 DEBOUNCE_S = 0.05  # contact that is lost for less was not lost
-APART_M = 2e-3  # a device moves on by less while its first packet is under way
 FINAL_S = 0.5  # of a session: over which values at its end are means
 END_S = 0.1  # before the end, when everybody leaves
 # Predictions.

@@ -222,7 +222,7 @@ def judged(scenario: Scenario, row: Rating) -> Rating:
     session = session_of(row.choice.applied(scenario))
     traces = simulate_one(session)
     found, ports = verdict(traces, session), passivity.passivity(traces, session, None)
-    owners = dict.fromkeys(each.owner for each in ports.findings if each.passive is False)
+    owners = dict.fromkeys(each.owner for each in ports.ports if each.passive is False)
     words = [f"{owner}: {passivity.verdict(ports, owner)}" for owner in owners]
     return dataclasses.replace(
         row,

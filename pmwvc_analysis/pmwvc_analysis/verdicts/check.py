@@ -59,7 +59,9 @@ def _lines(summary: dict[str, Any]) -> Iterator[Line]:
             yield Line(None, f"{name}, at the end: {user['kept_apart']}.")
     for body in dict.fromkeys(e["who"] for e in summary["events"] if e["kind"] in LOST):
         yield from _reported(body, [e for e in summary["events"] if e["who"] == body], LOST)
-    yield from _clocks(summary)
+    for name, clock in summary["alignment"].items():
+        if clock["how"] == "wall clock" and summary["source"] == "live":
+            yield Line(None, f"{name}: clock offset not known, no echoes; aligned by wall time.")
     for outcome in summary["outcomes"]:
         if outcome["hit"] is False:
             yield Line(False, outcome["text"])
@@ -99,18 +101,6 @@ def _reported(name: str, events: list[dict[str, Any]], kinds: Sequence[str]) -> 
         texts[1:] = [f"; {count(len(texts) - 1, 'more event')}, the last {texts[-1]}"]
     if texts:
         yield Line(None, f"{name}, {''.join(texts)}.")
-
-
-def _clocks(summary: dict[str, Any]) -> Iterator[Line]:
-    """Yield how the clocks of several hosts were aligned; nothing where there is one clock."""
-    for name, clock in summary["alignment"].items():
-        if clock["how"] == "echo":
-            within = f"{clock['uncertainty_s'] * 1e3:.2f} ms (drift {clock['drift_ppm']:+.1f} ppm)"
-            text = "clock aligned with the server's by the echoes of packets, within"
-            yield Line(True, f"{name}: {text} {within}.")
-        elif clock["how"] == "wall clock" and summary["source"] == "live":
-            text = "clock offset not known, no echoes; aligned by wall time."
-            yield Line(None, f"{name}: {text}")
 
 
 def _recording(recording: dict[str, Any]) -> Iterator[Line]:

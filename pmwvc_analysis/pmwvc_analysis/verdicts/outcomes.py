@@ -18,15 +18,8 @@ from pmwvc_analysis.verdicts.stability import LIMITED
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
-from pmwvc_core.words import listed
 
-LATE = {  # by whether the channel is strict
-    True: "the delay of a playout follows how late packets come, which is not known before",
-    False: "what late and lost packets make of the motion is not known before",
-}
-SKIPPED = (
-    "what the packets carried that channel = plain skips in a server step is not known before"
-)
+UNKNOWN = "how late packets come, and which are lost, left out or skipped, is not known before"
 OFFSET = "offset of the device from its avatar at the end"
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
 STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
@@ -74,19 +67,12 @@ def outcomes(
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
-    ports = [(port["owner"], _while_running(port)) for port in summary["passivity"]["ports"]]
-    hit = together(passive for _, passive in ports)
-    owners = listed(sorted({owner for owner, passive in ports if passive is hit}))
-    unknown = f"open, not judged or a loop stood still ({owners or 'no port was recorded'})"
+    """Return what became of the prediction that every port is passive while its loop runs."""
+    ports = summary["passivity"]["ports"]
+    hit = together(None if port["held_j"] > 0.0 else port["passive"] for port in ports)
+    unknown = "open, a port was not judged, or its loop stood still"
     was = {True: "they were", False: "they were NOT", None: unknown}
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was[hit]}.")
-
-
-def _while_running(port: dict[str, Any]) -> bool | None:
-    """Return the verdict of a port; None where all that it gave out came of standing loops."""
-    allowed_j = sum(port[n] for n in ("declared_j", "encoder_bound_j", "tolerance_j", "held_j"))
-    stood = 0.0 < port["held_j"] and -port["least_balance_j"] <= allowed_j
-    return None if stood else port["passive"]
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:
@@ -94,11 +80,6 @@ def _stability(summary: dict[str, Any]) -> Outcome:
     if was is None:
         text = "Stability was not judged: the prediction is open."
         return Outcome("stability", None, text)
-    if predicted is None and summary["prediction"]["environment_limited"]:
-        limited = any(user["environment_limited"] for user in summary["users"])
-        text = "it did." if limited else "it did not have to."
-        text = f"Predicted that the server port limits the environment: {text}"
-        return Outcome("environment", limited or None, text)
     kind = LIMITED if predicted and summary["instability"] == LIMITED else was
     return Outcome("stability", *STABILITY[predicted, kind])
 
@@ -138,12 +119,11 @@ def _open(
 ) -> Iterator[str]:
     """Yield in words why an offset is not that of a press at rest, or was not known before."""
     live, name = summary["source"] == "live", user.name
-    if user.master.deadband.is_on or user.contact.deadband.is_on:
-        yield "a deadband left out packets; the longest wait for one counts"
-    if live or is_random(user.link_up) or is_random(user.link_down):
-        yield LATE[scenario.strict]
-    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
-        yield SKIPPED
+    random = live or is_random(user.link_up) or is_random(user.link_down)
+    left_out = user.master.deadband.is_on or user.contact.deadband.is_on
+    skipped = not scenario.strict and user.master.frame_s < scenario.server.period_s
+    if random or left_out or skipped:
+        yield UNKNOWN
     if summary["stable"] is False:
         yield "the session was not stable, so this is no press at rest"
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]

@@ -11,8 +11,8 @@ Ports decide the verdict:
 ``server``     of the server: what it and its environment took in at the ports of all users
 =============  ================================================================================
 
-Parts of the energy budget are components between these ports. One that gave out energy that it
-had not taken in is named with its amount.
+Parts of the energy budget are components between these ports. Where a port is not passive, those
+of its owner that released energy are named with their amount.
 """
 
 from collections.abc import Sequence
@@ -41,14 +41,17 @@ NO_SCENARIO = "without the scenario its declared storage is not known"
 
 @dataclass(frozen=True)
 class Passivity:
-    """All findings of a session, and the energies that those on users were found in."""
+    """All ports of a session, the components that may be why one is not passive, and the energies
+    that the ports of users were found in.
+    """
 
-    findings: tuple[Finding, ...]
+    ports: tuple[Finding, ...]
+    components: tuple[Finding, ...] = ()
     users: tuple[energy.UserEnergy, ...] = ()
 
     def of(self, owner: str) -> list[Finding]:
         """Return the ports of one owner."""
-        return [each for each in self.findings if each.owner == owner and each.decides]
+        return [each for each in self.ports if each.owner == owner]
 
     def passive(self, owner: str) -> bool | None:
         """Return the verdict of one user, or of the server."""
@@ -57,37 +60,32 @@ class Passivity:
     @property
     def session(self) -> bool | None:
         """Return the verdict of the session: of all ports."""
-        return together(each.passive for each in self.findings if each.decides)
-
-    @property
-    def components(self) -> list[Finding]:
-        """Return the components that generated energy, the one that gave out most first."""
-        found = [each for each in self.findings if not each.decides and each.passive is False]
-        return sorted(found, key=lambda each: -each.given_j)
+        return together(each.passive for each in self.ports)
 
 
 def passivity(
     traces: SessionTraces, scenario: Scenario | None, energies: Budget | None
 ) -> Passivity:
-    """Judge every port and every component of a session."""
+    """Judge every port of a session; name the components of those that are not passive."""
     balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
     missing = [each.unjudged for each in of_server(traces.server)] if traces.server else []
-    found: list[Finding] = []
+    ports: list[Finding] = []
     for user in traces.users:
         if (entry := balances.get(user.name)) is None:
-            found.append(Finding(user.name, "hand_port", None, why=NO_SERVER))
+            ports.append(Finding(user.name, "hand_port", None, why=NO_SERVER))
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
         unknown = [*entry.unjudged, *missing]
         for part, balance in entry.parts.items():
             port = energy.within(balance.judged(user.name, part, unknown), balance, open_s)
-            found.append(_excused(_held(port, user), "" if scenario else NO_SCENARIO))
+            ports.append(_excused(_held(port, user), "" if scenario else NO_SCENARIO))
     if traces.server is not None and len(traces.server.time_s):
-        found.append(_of_server(traces.server, scenario, missing))
-    if energies is not None:
-        found += energies.findings
-    return Passivity(tuple(found), tuple(balances.values()))
+        ports.append(_of_server(traces.server, scenario, missing))
+    violated = {port.owner for port in ports if port.passive is False}
+    released = energies.released if violated and energies else []
+    components = tuple(each for each in released if each.owner in violated)
+    return Passivity(tuple(ports), components, tuple(balances.values()))
 
 
 def _held(found: Finding, user: UserTraces) -> Finding:
@@ -142,7 +140,7 @@ def verdict(found: Passivity, owner: str) -> str:
     text = f"{part_words(least)}, " * (least.least_j < -least.tolerance_j) + amount(least)
     if least.least_j < -least.declared_j - least.tolerance_j:  # counts of an encoder explain it
         return f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}: {text}"
-    return "; ".join([f"passive: {text}", *(port.why for port in ports if port.why)])
+    return f"passive: {text}"
 
 
 def amount(finding: Finding) -> str:
@@ -159,19 +157,14 @@ def amount(finding: Finding) -> str:
     return f"{text}; {finding.why}" if finding.held_j > 0.0 else text
 
 
-def component(finding: Finding, found: Passivity) -> str:
-    """Return what one component generated, and whether the ports, which decide, show it."""
+def component(finding: Finding) -> str:
+    """Return what one component generated."""
     where = "server" if finding.owner == SERVER else finding.owner
-    text = (
+    return (
         f"{where}: {words_of(finding.part)} generated {quantity(finding.given_j, 'J')} "
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {quantity(finding.tolerance_j, 'J')}"
     )
-    if not found.session:
-        return text
-    storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
-    others = "other components or the declared storage" if storage else "other components"
-    return f"{text}; the ports decide and all are passive: {others} covered it"
 
 
 def _beside_moved(finding: Finding) -> str:

@@ -154,9 +154,7 @@ class _Judge:
         if shortened and (own or not saturated):
             return Verdict(False, LIMITED, shortened)
         if shortened:
-            gave = self._drive(0.5 * end_s, end_s).share > th.DRIVES
-            whose = "the loop gave energy" if gave else "a hand may have pushed harder"
-            nothing = f"nothing oscillates beyond the voluntary band: {whose}"
+            nothing = "nothing oscillates beyond the voluntary band"
             return _unknown(f"{shortened}, to the largest that is allowed; {nothing}")
         if lost := limits.lost(limits.withheld(traces, self.scenario)):
             return Verdict(False, "environment lost", lost)

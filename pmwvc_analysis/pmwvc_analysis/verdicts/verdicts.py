@@ -62,7 +62,7 @@ def summary(
         "stable": judged.stable,
         "instability": judged.instability,
         "stability": {"text": judged.why, "oscillation_m_s": number(judged.oscillation_m_s)},
-        "active": [passivity.component(e, found) for e in found.components] if energies else None,
+        "active": [passivity.component(each) for each in found.components] if energies else None,
         "passivity": _passivity(found),
         "object": _object(traces),
         "users": [
@@ -108,18 +108,18 @@ def _object(traces: SessionTraces) -> dict[str, Any]:
 def _passivity(found: Passivity) -> dict[str, Any]:
     return {
         "passive": found.session,
-        "ports": [_finding(each) for each in found.findings if each.decides],
+        "ports": [_finding(each) for each in found.ports],
         "components": [_finding(each) for each in found.components],
         "text": {
             owner: passivity.verdict(found, owner)
-            for owner in dict.fromkeys(each.owner for each in found.findings if each.decides)
+            for owner in dict.fromkeys(each.owner for each in found.ports)
         },
     }
 
 
 def _finding(found: Finding) -> dict[str, Any]:
     plain = {n: number(v) if isinstance(v, float) else v for n, v in vars(found).items()}
-    named = {NAMES.get(name, name): value for name, value in plain.items() if name != "decides"}
+    named = {NAMES.get(name, name): value for name, value in plain.items()}
     return named | {"not_judged": [each._asdict() for each in found.unjudged]}
 
 

@@ -167,7 +167,7 @@ class Feed:
             judged = passivity(shown, self._scenario, None)
             for energy in judged.users:
                 self.users[energy.name].account(energy)
-            for found in judged.findings:
+            for found in judged.ports:
                 key, owner = (found.owner, found.part), self.users.get(found.owner)
                 if owner.known if owner else self.server_judged:
                     self.worst[key] = min(self.worst.get(key, found), found, key=_margin_j)

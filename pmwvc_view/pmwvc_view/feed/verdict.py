@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.energy import declared
+from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.events import grips
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.verdicts import stability
@@ -131,7 +131,7 @@ def _judged(
     channels = all(user.channel_known for user in users.values())
     parts = "no channel" if channels else "no user's link"
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
-    lent_j = max(sum(declared(scenario, user)) for user in scenario.users)
+    lent_j = max(declared_j(scenario, user) for user in scenario.users)
     if lent_j > 0.0:
         sentence += f" and was lent at the start ({quantity(lent_j, 'J')} at most)"
     inexact = [name for name in users if name not in exact]
