@@ -138,9 +138,10 @@ class Master:
         self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:
-        protocol = self.loop.protocol
+        protocol, lever_m = self.loop.protocol, self.settings.server.lever_m
         self.device.slew_n = params.max_slew * self.settings.master.tick_s
-        protocol.hand_over(lambda: protocol.configure(given_safety=params))
+        allowed = limits_of(self.device.info, params, lever_m)
+        protocol.hand_over(lambda: protocol.configure(given_safety=allowed))
 
     def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Let the force come back after a fault."""

@@ -18,7 +18,7 @@ from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import Tank
 from pmwvc_core.law.position.error import FeedbackParams, PositionError, Posted
-from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
+from pmwvc_core.law.position.feedback import Budgeted, OnStrict
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave import filter_and_hold as rates
 from pmwvc_core.law.wave.wave import ImpedanceMatrix, impedance
@@ -71,8 +71,6 @@ def made_waves(
         error = PositionError([Posted(0, rest, 0.0)], *(rest,) * 9)
         if strict:
             position = OnStrict(error, rest, rest, 0.0, 0.0, rest, 0.0)
-        elif master.position.as_published:
-            position = Published(error, 0.0)
         else:
             position = Budgeted(error, Tank(lent_j, *(rest,) * 4))
     if strict:
@@ -150,4 +148,5 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> FeedbackPa
     return FeedbackParams(
         b, tick_s, master.frame_s, *lags, position.of_residual, drop,
         float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
+        position.is_paid,
     )  # fmt: skip
