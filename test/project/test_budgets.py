@@ -40,9 +40,9 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_946, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_934, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_363,
+        3_345,
         2_500,
         inside(
             "pmwvc_core",
@@ -51,7 +51,7 @@ ROOMS = {
         ),
     ),
     "scenes": Room(984, 900, inside("pmwvc_core", "scenes")),
-    "links and packets": Room(2_245, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_234, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
         4_906,
         4_700,
@@ -62,7 +62,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_622, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         3_961,
         3_500,
@@ -83,7 +83,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_120, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_119, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(3_172, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
@@ -103,7 +103,7 @@ ROOMS = {
             "devices/turn.py",
         ),
     ),
-    "nodes": Room(2_001, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(1_991, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(2_993, 3_000, ("pmwvc_view",)),
 }
 

@@ -36,12 +36,10 @@ REPAID_M_S = 0.06  # speed at which device and avatar come together after an out
 
 
 def values_of(user: "scenarios.User", record: Controller) -> Any:
-    """Return a user's parameters of a controller: those of ``baseline.*``, or of another package;
-    None without any.
+    """Return a user's parameters of a controller: in ``baseline.*``, or of another package; None
+    without any.
     """
-    if record.law is not None:
-        return user.baseline
-    return getattr(user.own, record.name) if record.params else None
+    return getattr(user.own if record.params else user.baseline, record.name, None)
 
 
 def end_law(record: Controller, values: Any, tick_s: float) -> Any:

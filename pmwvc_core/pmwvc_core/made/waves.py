@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The master's end of waves, made from parameters."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from pmwvc_core.law.wave.wave import ImpedanceMatrix, impedance
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.aliasing import delay_of
-from pmwvc_core.wave.filter_design import bank_filters, design, pole_of
+from pmwvc_core.wave.filter_design import bank_filters, design
 from pmwvc_core.wave.velocity_filter_design import passing
 
 
@@ -44,16 +43,12 @@ def _rows(matrix: Any) -> tuple[Vector, ...]:
 
 
 def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) -> tuple[Any, Any]:
-    """Return a filter at rest, and its parameters: its sections, its pole, or the ticks M."""
-    nothing, pole = (0.0,) * axes, 0.0
-    if params.kind == "integrate_and_dump":
+    """Return a filter at rest, and its parameters: its sections, or the ticks M."""
+    nothing = (0.0,) * axes
+    if params.means:
         return rates.Mean(nothing, 0), rate_drop
-    if params.kind == "butterworth":
-        sections = rates.sections_of(design(params, tick_s=tick_s))
-        return rates.Butterworth(nothing, (rates.resting_cascade(sections),) * axes), sections
-    if params.kind == "first_order":
-        pole = math.exp(-float(pole_of(params)) * tick_s)
-    return rates.FirstOrder(nothing), pole
+    sections = rates.sections_of(design(params, tick_s=tick_s))
+    return rates.Sectioned(nothing, (rates.resting_cascade(sections),) * axes), sections
 
 
 def made_waves(

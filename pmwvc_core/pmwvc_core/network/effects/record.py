@@ -63,13 +63,16 @@ class LinkEffect(Record):
     spread_s: Callable[[LinkParams], float | None] = lambda params: None
     # what it adds to the delay on the mean [s]
     mean_s: Callable[[LinkParams], float] = lambda params: 0.0
-    # it and its amount, for sentences and for the drawing of the loop; empty: not mentioned
+    # it and its amount; what stands in brackets is left out of figures; empty: not mentioned
     amount: Callable[[LinkParams], str] = lambda params: ""
-    label: Callable[[LinkParams], str] = lambda params: ""
     # what is wrong between settings that are each right; empty where nothing is
     conflict: Callable[[LinkParams], str] = lambda params: ""
     # raises where settings cannot be used, a file for example
     check: Callable[[LinkParams], object] = lambda params: None
+
+    def brief(self, params: LinkParams) -> str:
+        """Return the amount for a figure."""
+        return self.amount(params).partition(" (")[0]
 
 
 def _finite(value: Any) -> float:
