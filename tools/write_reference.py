@@ -93,12 +93,7 @@ def _both(up: str, down: str) -> str:
 
 def _link(params: LinkParams) -> str:
     """Return delay, jitter, loss and the rest of a link in words."""
-    words = ", ".join([f"{params.delay_s * 1e3:g} ms", *amounts(params).values()])
-    return (
-        words.replace(" of the packets", "")
-        .replace("loss of ", "loss ")
-        .replace(", in b", " in b")
-    )
+    return ", ".join([f"{params.delay_s * 1e3:g} ms", *amounts(params).values()])
 
 
 def _joined(*parts: str) -> str:

@@ -6,11 +6,11 @@ way; and the work at its device, which the trace holds.
 
 from array import array
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
+from pmwvc_core.ends.inbox import vector
 from pmwvc_core.frame import FrameReport, Row
 from pmwvc_core.numeric import Value, dot
 from pmwvc_core.runtime.messages import PER_AXIS, PER_TICK
@@ -50,8 +50,7 @@ class DeviceWork:
 
 
 class FrameBlock:
-    """The ticks of one frame, written one after the other into arrays made once: at most ``ticks``
-    of them, with ``dof`` values of every signal.
+    """The ticks of one frame, noted one after the other.
 
     ``taken`` has tick of the block, number and sender's epoch of each packet given to the
     receiver, in their order.
@@ -64,38 +63,35 @@ class FrameBlock:
     accounts: Mapping[str, Value] = MappingProxyType({})
     orientation: tuple[float, ...] = ()  # likewise
 
-    def __init__(self, ticks: int, dof: int) -> None:
-        self.ticks, self.dof, self.count = ticks, dof, 0
+    def __init__(self, dof: int) -> None:
+        self._dof = dof
         self.taken: list[tuple[int, int, int]] = []
-        signals: dict[str, Any] = {n: array("d", bytes(8 * ticks * dof)) for n in PER_AXIS}
-        times: dict[str, Any] = {n: array(code, bytes(4 * ticks)) for n, code in PER_TICK.items()}
-        self._series = signals | times
-        self._times, self._rows = tuple(times.values()), list(signals.values())
-        if dof > 1:
-            self._rows = [np.frombuffer(column).reshape(ticks, dof) for column in self._rows]
+        self._rows: list[Row] = []
+        self._times: list[tuple[float, float, int]] = []
+
+    def __len__(self) -> int:
+        return len(self._rows)
 
     def put(
         self, signals: Row, lateness: float, compute: float, looked_ns: int,
         packets: Sequence[WavePacket],
     ) -> None:  # fmt: skip
-        """Write one tick: signals, ``lateness`` and ``compute`` [s], when packets were taken in
+        """Note one tick: signals, ``lateness`` and ``compute`` [s], when packets were taken in
         after the deadline [ns], and these packets.
         """
-        k = self.count
-        for row, value in zip(self._rows, signals, strict=True):
-            row[k] = value
-        late, took, looked = self._times
-        late[k], took[k], looked[k] = lateness, compute, min(looked_ns, UINT32)
-        if packets:
-            self.taken += [(k, each.seq, each.epoch) for each in packets if not each.refusal]
-        self.count = k + 1
+        self.taken += [(len(self), each.seq, each.epoch) for each in packets if not each.refusal]
+        self._rows.append(signals)
+        self._times.append((lateness, compute, min(looked_ns, UINT32)))
 
     def series(self) -> Mapping[str, "array[float]"]:
-        """Return what was written by field name; valid until the next ``put``."""
-        if self.count == self.ticks:
-            return self._series
-        count, values = self.count, self.count * self.dof
-        return {n: a[: values if n in PER_AXIS else count] for n, a in self._series.items()}
+        """Return what was noted by field name, row-major."""
+        found: dict[str, Any] = {}
+        signals, times = zip(*self._rows, strict=True), zip(*self._times, strict=True)
+        for name, column in zip(PER_AXIS, signals, strict=True):
+            found[name] = array("d", [x for value in column for x in vector(value, self._dof)])
+        for (name, code), each in zip(PER_TICK.items(), times, strict=True):
+            found[name] = array(code, each)
+        return found
 
     def close(self, report: FrameReport, work: DeviceWork) -> None:
         """Note state and energies at the end of the frame."""
@@ -104,28 +100,21 @@ class FrameBlock:
         self.energy = dict(zip(ENERGIES, (*waves, work.device, work.hand), strict=True))
         self.accounts, self.orientation = report.accounts, report.orientation
 
-    def clear(self) -> None:
-        """Start the next block."""
-        self.count = 0
-        self.taken.clear()
-
 
 class TraceBlocks:
-    """The block that is being filled, and the one before it, which waits to be published: of
-    ``rate_drop`` ticks of ``dof`` axes. ``work`` is that of device and hand so far.
+    """The block that is being filled, and the one before it, which waits to be published.
+    ``work`` is that of device and hand so far.
     """
 
-    def __init__(
-        self, rate_drop: int, dof: int, work: DeviceWork, publish: Callable[[FrameBlock], None]
-    ) -> None:
-        self._filled, self._waiting = FrameBlock(rate_drop, dof), FrameBlock(rate_drop, dof)
+    def __init__(self, dof: int, work: DeviceWork, publish: Callable[[FrameBlock], None]) -> None:
+        self._new = partial(FrameBlock, dof)
+        self._filled = self._waiting = self._new()
         self._first: int | None = None  # grid number of the first tick
         self._work, self._publish = work, publish
 
     def reaches(self, tick: int, *, last: bool) -> bool:
         """Tell whether a tick of a frame is the next one, or would come after its last one."""
-        count = self._filled.count
-        return count == tick or (last and count < tick)
+        return len(self._filled) == tick or (last and len(self._filled) < tick)
 
     def put(
         self, tick: Tick, row: Row, compute_ns: int, *, looked_ns: int,
@@ -135,23 +124,22 @@ class TraceBlocks:
         block = self._filled
         if self._first is None:
             self._first = tick.grid
-        if not block.count:
+        if not len(block):
             block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
             block.changes = changes
         late_s, took_s = tick.lateness_ns * 1e-9, compute_ns * 1e-9
         block.put(row, late_s, took_s, looked_ns - tick.due_ns, packets)
 
-    def close(self, report: FrameReport | None, rate_drop: int) -> None:
-        """Set the block aside for publishing; go on with the other one, of so many ticks."""
-        if self._filled.count and report is not None:
+    def close(self, report: FrameReport | None) -> None:
+        """Set the block aside for publishing; go on with another one."""
+        if len(self._filled) and report is not None:
             self.publish()  # still there only after a skip
             self._filled.close(report, self._work)
-            self._filled, self._waiting = self._waiting, self._filled
-        if self._filled.ticks != rate_drop:
-            self._filled = FrameBlock(rate_drop, self._filled.dof)
+            self._waiting = self._filled
+        self._filled = self._new()
 
     def publish(self) -> None:
         """Publish the block that waits, where there is one."""
-        if self._waiting.count:
+        if len(self._waiting):
             self._publish(self._waiting)
-            self._waiting.clear()
+        self._waiting = self._new()

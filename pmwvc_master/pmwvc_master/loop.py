@@ -25,8 +25,7 @@ class MasterLoop(Paced):
 
     def __init__(
         self, protocol: UserEnd, device: HapticDevice, *, link: PacketLink,
-        publish_trace: Callable[["MasterLoop", FrameBlock], None],
-        tick_s: float, dof: int,
+        publish_trace: Callable[["MasterLoop", FrameBlock], None], tick_s: float, dof: int,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:  # fmt: skip
         self.protocol, self.device, self.tick_s = protocol, device, tick_s
@@ -34,8 +33,7 @@ class MasterLoop(Paced):
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
         super().__init__()
         self._begun = False
-        publish = partial(publish_trace, self)
-        self._trace = TraceBlocks(protocol.p.rate_drop, dof, self.work, publish)
+        self._trace = TraceBlocks(dof, self.work, partial(publish_trace, self))
 
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
@@ -52,7 +50,7 @@ class MasterLoop(Paced):
             self.device.stop()
         finally:
             self._link.send(self.protocol.leave(self._clock()))
-            self._trace.close(self.protocol.report(), self.protocol.p.rate_drop)
+            self._trace.close(self.protocol.report())
             self._trace.publish()
 
     def tick(self, tick: Tick) -> None:
@@ -66,7 +64,7 @@ class MasterLoop(Paced):
         sample = self.device.read(tick.due_ns)
         self.work.moved(protocol.x, sample)
         if tick.skipped and not starts:
-            self._trace.close(protocol.report(), protocol.p.rate_drop)
+            self._trace.close(protocol.report())
         packets = self._link.take()
         looked_ns = self._clock()
         f, packet, row = protocol.tick(tick.grid, looked_ns, sample, packets)
@@ -74,7 +72,7 @@ class MasterLoop(Paced):
         if packet is not None:
             self._link.send(packet)
         if starts:
-            self._trace.close(protocol.ended, protocol.p.rate_drop)
+            self._trace.close(protocol.ended)
         if protocol.s.coupled and not coupled:
             self.device.couple()
         self.work.held = f, sample.f_h

@@ -26,7 +26,7 @@ from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
-from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
+from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.packet import Admission
 from pmwvc_core.transport.receiver import diagnostics
@@ -54,8 +54,7 @@ class Master:
         epoch = secrets.randbits(64) or 1
         self.device = make_device(settings.device.plugin, settings.device_setup(node))
         self._epoch, self._seq, self._types = epoch, 0, messages.live_types()
-        trace_qos = offered(RECORDED_QOS, settings.master.frame_s)
-        self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
+        self._trace = node.create_publisher(self._types.MasterTrace, "trace", RECORDED_QOS)
         self.loop = MasterLoop(
             settings.make_force_loop(epoch, self.device.info), self.device, link=self._link(),
             publish_trace=self._publish_trace, tick_s=settings.master.tick_s, dof=settings.dof,
@@ -84,7 +83,6 @@ class Master:
             self.node, self._types, incoming="wave_down", outgoing="wave_up",
             admission=Admission(settings.token, out="up", into="down"), dof=settings.dof,
             extra=record_of(settings.controller).extra(settings.dof)[1],
-            period_s=settings.master.frame_s,
         )  # fmt: skip
 
     def _publish_trace(self, loop: MasterLoop, block: FrameBlock) -> None:
@@ -138,9 +136,10 @@ class Master:
         self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:
-        protocol = self.loop.protocol
+        protocol, lever_m = self.loop.protocol, self.settings.server.lever_m
         self.device.slew_n = params.max_slew * self.settings.master.tick_s
-        protocol.hand_over(lambda: protocol.configure(given_safety=params))
+        allowed = limits_of(self.device.info, params, lever_m)
+        protocol.hand_over(lambda: protocol.configure(given_safety=allowed))
 
     def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Let the force come back after a fault."""

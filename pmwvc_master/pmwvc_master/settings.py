@@ -11,7 +11,6 @@ from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.ends.user_end import UserEnd
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame import LIVE
-from pmwvc_core.made.waves import made_waves
 from pmwvc_core.master.safety import check_change
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams, TaskParams, specs
 from pmwvc_core.params.ports import port_conflicts
@@ -21,7 +20,6 @@ from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.names import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.packet import Token
-from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup, limits_of
 
 
@@ -73,10 +71,6 @@ def declare_settings(
 ) -> MasterSettings:
     """Declare all parameters of the node and return the values; ParameterError if one is wrong."""
 
-    def designed(master: MasterParams) -> None:
-        """Refuse what cannot be made; the plain channel has no playout."""
-        made_waves(master, impedance_of(master), 1, None, strict=False)  # type: ignore[arg-type]
-
     def allowed(old: MasterParams, new: MasterParams) -> None:
         """Refuse a change of the packets that the channel cannot carry."""
         if new.rate_drop != old.rate_drop and not settings.strict:
@@ -93,7 +87,7 @@ def declare_settings(
         **binding.declare_shares(SHARED_AT_MASTER),
         **binding.declare_shares(
             USER_AT_MASTER,
-            master={"listener": on_master, "check": designed, "check_change": allowed},
+            master={"listener": on_master, "check_change": allowed},
             given_safety={"listener": on_safety, "check_change": check_change},
         ),
         token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=name),

@@ -3,13 +3,13 @@
 """The relay's parameters: which users, through which links.
 
 ``users`` gives each user two links, ``user1/up`` and ``user1/down``, whose topics are relative to
-the node's namespace. ``link.up`` and ``link.down`` hold for all users, ``user1.link.up`` for one.
-Every setting of a link may change while running; the last word counts: a change of
-``link.up.delay_s`` goes to all users, and a ``preset`` replaces all settings of all users.
+the node's namespace. At the start ``link.up`` and ``link.down`` hold for all users,
+``user1.link.up`` for one. While running, the latter may change, and a ``preset`` replaces all
+settings of all users.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 from rclpy.node import Node
@@ -17,14 +17,14 @@ from rclpy.node import Node
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network import effects
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.params import LinkParams, Spec, Validated, specs
+from pmwvc_core.params import LinkParams, Spec, Validated
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
+    declare,
     declare_names,
     declare_value,
-    pass_on,
     set_together,
 )
 
@@ -62,61 +62,41 @@ class Settings:
     """
 
     def __init__(self, node: Node, listener: Callable[[str, LinkParams], None]) -> None:
-        self._node = node
-        self._listener = listener
-        self._binding = ParameterBinding(node)
-        self._all: dict[str, LinkParams] = {}  # by direction
-        self.seed: int = declare_value(node, "seed", SEED, 1)
+        self._node, self._listener, self._binding = node, listener, ParameterBinding(node)
+        self._seed: int = declare_value(node, "seed", SEED, 1)
         preset = self._binding.declare("", PresetParams, self._use_preset).preset
-        self.users = declare_names(node, "users", ["user1"], "names of the users, two links each")
-        if not self.users:
+        self._users = declare_names(node, "users", ["user1"], "names of the users, two links each")
+        if not self._users:
             raise ParameterError("users is empty: name at least one user")
-        self.setups = self._of_users(preset)
+        named = PRESETS.get(preset)
+        common = [
+            declare(node, f"link.{way}", LinkParams, defaults=getattr(named, way, None))
+            for way in DIRECTIONS
+        ]
+        self.setups = [
+            self._setup(index, user, number, common[number])
+            for number in range(len(DIRECTIONS))
+            for index, user in enumerate(self._users)
+        ]
 
-    def _of_users(self, preset: str) -> list[LinkSetup]:
-        setups = []
-        for number, direction in enumerate(DIRECTIONS):
-            defaults = getattr(PRESETS[preset], direction) if preset != "none" else None
-            prefix = f"link.{direction}"
-            common = self._declare_link(prefix, partial(self._pass_on, direction), defaults)
-            each = []
-            for index, user in enumerate(self.users):
-                name, near, far = f"{user}/{direction}", user, f"server/{user}"
-                ends = (near, far) if direction == "up" else (far, near)
-                source, target = (f"{end}/wave_{direction}" for end in ends)
-                listener = partial(self._listener, name)
-                params = self._declare_link(f"{user}.{prefix}", listener, common)
-                setups.append(LinkSetup(name, source, target, (self.seed, index, number), params))
-                each.append(params)
-            # those for all users get the values that all users have in common
-            shared = {
-                name: getattr(each[0], name)
-                for name in specs(LinkParams)
-                if len({getattr(params, name) for params in each}) == 1
-            }
-            self._all[direction] = replace(common, **shared)
-            set_together(self._node, values_of(prefix, self._all[direction]))
-        return setups
-
-    def _declare_link(
-        self, prefix: str, listener: Callable[[LinkParams], None], defaults: LinkParams | None
-    ) -> LinkParams:
-        check = partial(_check, prefix)
-        return self._binding.declare(prefix, LinkParams, listener, defaults=defaults, check=check)
-
-    def _pass_on(self, direction: str, new: LinkParams) -> None:
-        """Hand what changed for all users to each of them."""
-        old, self._all[direction] = self._all[direction], new
-        for user in self.users:
-            pass_on(self._node, [user], f"link.{direction}", old, new)
+    def _setup(self, index: int, user: str, number: int, common: LinkParams) -> LinkSetup:
+        """Declare the settings of a user's link; those for all users are its defaults."""
+        direction, ends = DIRECTIONS[number], (user, f"server/{user}")
+        name, prefix = f"{user}/{direction}", f"{user}.link.{direction}"
+        source, target = (f"{ends[at]}/wave_{direction}" for at in (number, 1 - number))
+        params = self._binding.declare(
+            prefix, LinkParams, partial(self._listener, name), defaults=common,
+            check=partial(_check, prefix),
+        )  # fmt: skip
+        return LinkSetup(name, source, target, (self._seed, index, number), params)
 
     def _use_preset(self, new: PresetParams) -> None:
         if new.preset == "none":
             return
         for direction in DIRECTIONS:
             params = getattr(PRESETS[new.preset], direction)
-            for start in ("", *(f"{user}." for user in self.users)):
-                set_together(self._node, values_of(f"{start}link.{direction}", params))
+            for user in self._users:
+                set_together(self._node, values_of(f"{user}.link.{direction}", params))
 
 
 def _check(prefix: str, params: LinkParams) -> None:

@@ -19,7 +19,8 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from pmwvc_core.ends.server_end import kept_words, why_kept
+from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.ends.server_end import kept_words
 from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.runtime.pacing import hold_memory
@@ -28,12 +29,11 @@ from pmwvc_core.runtime.topics import LATCHED_QOS
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.server.black_box import description_of
 from pmwvc_core.server.couplings import COUPLINGS
-from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_core.words import count
 from pmwvc_server.loop import ServerLoop
-from pmwvc_server.settings import PauseParams, declare_settings
+from pmwvc_server.settings import declare_settings
 from pmwvc_server.wires import RosWires, markers
 
 MARKER_HZ = 30.0
@@ -50,7 +50,7 @@ class ServerNode:
         self.node = node
         self._pending: list[Callable[[], None]] = []
         self.settings = settings = declare_settings(
-            node, self._change, self._change_contact, self._pause, self._settle
+            node, self._change, self._change_contact, self._settle
         )
         self.names = [user.name for user in settings.users]
         epoch = secrets.randbits(64) or 1
@@ -61,9 +61,6 @@ class ServerNode:
         if scene := description_of(self.loop.protocol.s.environment.body):
             self._scene = node.create_publisher(String, "~/scene", LATCHED_QOS)
             self._scene.publish(String(data=json.dumps(scene)))
-        if node.get_parameter("paused").value:
-            self._pause(PauseParams(paused=True))
-            self._settle()
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         links = {
             f"{name}/up": (f"~/{name}/wave_up", f"~/{name}/wave_down", inbox)
@@ -91,9 +88,6 @@ class ServerNode:
     def _change_contact(self, user: int, params: ContactParams) -> None:
         impedance = server_impedance(params, self.settings.users[user].master)
         self._pending.append(partial(self.loop.protocol.configure_user, user, params, impedance))
-
-    def _pause(self, params: PauseParams) -> None:
-        self._pending.append(partial(self.loop.protocol.pause, params.paused))
 
     def _settle(self) -> None:
         """Hand over what was set together: one step takes it over."""
@@ -137,7 +131,6 @@ class ServerNode:
             apart += [f"{name}: {kept}"] if kept else []
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
         texts = [f"{there} of {len(self.names)} users"]
-        texts += ["paused"] if loop.protocol.paused else []
         texts += [f"{', '.join(silent)} silent"] if silent else []
         texts += [f"{missed} deadlines missed"] if missed else []
         contained = self._contain(values)
@@ -153,14 +146,12 @@ class ServerNode:
         if protocol.presence[user] is Presence.ABSENT:
             return ""
         black_box = COUPLINGS.of(protocol.params.coupling).black_box
-        why = why_kept(waves=not protocol.inboxes[user].flags & FLAG_DIRECT, black_box=black_box)
-        return kept_words(float(np.linalg.norm(protocol.offset(user))), why)
+        waves, apart_m = has_waves(self.settings.controller), np.linalg.norm(protocol.offset(user))
+        return kept_words(float(apart_m), waves=waves, black_box=black_box)
 
     def _contain(self, values: dict[str, object]) -> str:
         """Return and log what failed in environment or coupling since the last call, if any."""
         faults = self.loop.protocol.faults
-        if faults is None:
-            return ""
         steps, text = faults.steps, faults.text
         values |= {"environment: steps contained": steps, "environment: last fault": text}
         new, self._contained = steps - self._contained, steps

@@ -19,7 +19,7 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics, offered
+from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics
 from pmwvc_core.transport.packet import Admission
 from pmwvc_server.loop import MadeStep, ServerLoop
 from pmwvc_server.settings import ServerSettings
@@ -31,19 +31,17 @@ class RosWires:
     def __init__(self, node: Node, settings: ServerSettings, *, epoch: int) -> None:
         self._users = [user.name for user in settings.users]
         self._dof, self._epoch = settings.dof, epoch
-        token, period_s = settings.token, settings.server.period_s
+        token = settings.token
         self._types = types = messages.live_types()
         self.links = [
             WaveTopics(
                 node, types, incoming=f"~/{user}/wave_up", outgoing=f"~/{user}/wave_down",
                 admission=Admission(token.of(user) if token else None, out="down", into="up"),
                 dof=settings.dof, extra=record_of(settings.controller).extra(settings.dof)[0],
-                period_s=period_s,
             )
             for user in self._users
         ]  # fmt: skip
-        trace_qos = offered(RECORDED_QOS, period_s)
-        self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
+        self._trace = node.create_publisher(types.ServerTrace, "~/trace", RECORDED_QOS)
 
     def publish_trace(self, loop: ServerLoop, step: MadeStep) -> None:
         """Publish a step."""

@@ -105,7 +105,7 @@ def test_settings_change_while_running_and_wrong_ones_are_refused(tmp_path):
         assert refusal.startswith("preset = 'wifi': must be one of none, ideal, lan")
         line.send_in_bursts(1, size=10)
         assert {row["fate"] for row in line.originals()[-10:]} == {FateKind.LOST}
-        assert peer.set_parameters("/netem", {"link.up.delay_s": 0.5}) == [""]
+        assert peer.set_parameters("/netem", {"user1.link.up.delay_s": 0.5}) == [""]
         assert peer.set_parameters("/netem", {"preset": "thesis_lan_16"}) == [""]
         line.send_in_bursts(1, size=10)
         assert {row["fate"] for row in line.originals()[-10:]} == {FateKind.DELIVERED}
@@ -133,7 +133,7 @@ def test_a_signal_ends_it_in_order_with_the_record_complete(number):
         line.send()
         peer.until(lambda: same(line.received[-1][1], line.sent[-1][1]))
         peer.until(lambda: line.originals()[-1]["seq"] == len(line.sent))
-        assert peer.set_parameters("/netem", {"link.up.delay_s": 60.0}) == [""]
+        assert peer.set_parameters("/netem", {"user1.link.up.delay_s": 60.0}) == [""]
         known = len(line.originals())
         line.send(10)
         peer.until(lambda: line.reports("in flight 10"))

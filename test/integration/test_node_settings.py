@@ -82,7 +82,7 @@ SCENARIO = {
 def declared(kind, given):
     """Declare the parameters of a server or of a master; nothing follows their changes."""
     if kind == "server":
-        return declare_server(given, *[lambda *_: None] * 4)
+        return declare_server(given, *[lambda *_: None] * 3)
     return declare_master(given, *[lambda _: None] * 2)
 
 

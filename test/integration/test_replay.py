@@ -138,7 +138,7 @@ def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tm
         assert session.end() == 0, session.output()
     traces = read_session(folder)
     assert len(traces.targets["user1"].time_s) > 50
-    assert {"server.contact_stiffness": 1500.0} in [values for _, values in traces.settings]
+    assert {"user1.server.contact_stiffness": 1500.0} in [values for _, values in traces.settings]
     assert_exact_by_force(folder)
     found = replayed(folder, tmp_path / "again", "--no-figures")
     peak, again = (each["force_peak_n"] for each in found["sessions"])
@@ -157,5 +157,5 @@ def drag(peer, target):
         message.pose.position.x = -0.03 + 0.008 * min(1.0, count / 120)
         target.publish(message)
         if count == 75:
-            stiff = {"server.contact_stiffness": 1500.0}
+            stiff = {"user1.server.contact_stiffness": 1500.0}
             assert peer.set_parameters("/server", stiff) == [""]

@@ -20,7 +20,7 @@ def test_slow_presses_take_from_the_loan_where_the_wall_is_stiffer_than_the_gain
     """On a softer wall they give back. Equation: docs/theory.md 17.17."""
     gain = 1000.0 / math.sqrt(2.0 * 25.0)
     lent = (f"master.position.gain={gain}", "master.position.storage_j=0.02")
-    run = Presses(stiffness, settings=(*lent, "operator.repeat=false"))
+    run = Presses(stiffness, settings=lent)
     scenario = scenario_of(run, 11.0)
     assert scenario.users[0].master.impedance == 25.0
     # into the wall in 2 s, then three presses in lasting contact

@@ -32,16 +32,16 @@ def inside(package: str, *names: str) -> tuple[str, ...]:
 
 ROOMS = {
     "scenes, and handles that turn, drift, are scaled and uncoupled": Room(
-        1_242,
+        1_241,
         1_150,
         (
             *inside("pmwvc_core", "scenes", "params/behind.py", "server/turned.py"),
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_952, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_934, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_363,
+        3_345,
         2_500,
         inside(
             "pmwvc_core",
@@ -49,9 +49,9 @@ ROOMS = {
             *("compiled.py", "unrolled.py", "simulation/bulk"),
         ),
     ),
-    "links and packets": Room(2_292, 2_500, inside("pmwvc_core", "network", "transport")),
+    "links and packets": Room(2_234, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_925,
+        4_906,
         4_700,
         (
             *inside(
@@ -60,7 +60,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_639, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         3_544,
         3_500,
@@ -81,11 +81,11 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_072, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        2_071, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(2_936, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
-        1_246,
+        1_245,
         1_250,
         inside(
             "pmwvc_master",
@@ -101,8 +101,8 @@ ROOMS = {
             "devices/turn.py",
         ),
     ),
-    "nodes": Room(2_064, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(2_958, 3_000, ("pmwvc_view",)),
+    "nodes": Room(1_991, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(2_949, 3_000, ("pmwvc_view",)),
 }
 
 

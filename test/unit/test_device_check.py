@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The check of a device before a hand is on it finds each thing that is wrong, and that only."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -78,13 +76,13 @@ class Given:
     """A desk as a master has it, without axes and scale; what is wrong is not corrected."""
 
     def __init__(self, desk):
-        self._desk, self._slope, self.given = desk, Slope(), SimpleNamespace(ratio=0.0)
+        self._desk, self._slope, self.ratio = desk, Slope(), 0.0
         self.write, self.stop, self.info = desk.write, desk.stop, desk.info
 
     def read(self, due_ns):
         sample = self._desk.read(due_ns)
         if sample.fresh and (ratio := self._slope.add(due_ns, sample.x, sample.xd)):
-            self.given.ratio = ratio
+            self.ratio = ratio
         return sample
 
 

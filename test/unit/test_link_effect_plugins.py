@@ -22,9 +22,9 @@ def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tm
     out = tmp_path / "one"
     result = pmwvc("simulate", "carry_16ms", *BURSTS, "--duration", "1", "--out", out)
     assert result.returncode == 0, result.stderr
-    assert "Not modelled: loss of 0.0196 of the packets, in bursts (user1 up" in result.stdout
+    assert "Not modelled: bursts of loss of 1.96 % (user1 up" in result.stdout
     summary = json.loads((out / "summary.json").read_text("utf-8"))
-    assert any("in bursts" in effect for effect in summary["prediction"]["left_out"])
+    assert any("bursts of loss" in effect for effect in summary["prediction"]["left_out"])
     assert "bursts of loss" in (out / "report.html").read_text("utf-8")  # drawn at the link
 
 
@@ -34,5 +34,5 @@ def test_links_are_shown_with_their_effects_and_mean_delay(tmp_path):
     (up, down) = json.loads(answer.stdout)["links"]
     assert up["name"] == "user1/up" and up["mean_delay_s"] == pytest.approx(0.022)
     assert up["does"][0] == "22 ms on the mean" and down["does"] == up["does"]
-    assert any("in bursts" in effect for effect in up["does"])
+    assert any("bursts of loss" in effect for effect in up["does"])
     assert f"user1/up: {', '.join(up['does'])}" in answer.stderr

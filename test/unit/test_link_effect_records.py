@@ -41,30 +41,17 @@ class Late(Effect):
         return numbers_of(self.params.effects)["late"]["by_s"]
 
 
-class Twins(Effect):
-    """Sends two copies of every packet."""
-
-    def copies(self, fate):
-        return 2
-
-
 class Torn(Effect):
     """Fails wherever it is asked."""
 
     def loses(self, fate):
         return 1 // (fate.number % 2)
 
-    def copies(self, fate):
-        return "two"
-
-    def departs_ns(self, fate, ready_ns):
-        raise SystemExit("bye")
-
     def delay_s(self, fate):
         return float("nan")
 
     def arrives_ns(self, fate, due_ns):
-        pass
+        raise SystemExit("bye")
 
 
 class Moody(Late):
@@ -96,7 +83,6 @@ RECORDS = {
     "half": record("half", "Half is lost.", Half),
     "late": record("late", "Later.", Late, None, numbers={"by_s": BY}, random=False),
     "known": record("known", "Delays nothing.", Effect, spread_s=lambda params: 0.0),
-    "twins": record("twins", "Two copies.", Twins),
     "stone": object(),
 }
 
@@ -144,7 +130,7 @@ def test_a_new_effect_changes_no_luck_of_the_others(lab, seed, jitter, loss, dup
 
 
 def test_own_numbers_are_those_of_the_packet_whatever_else_is_on(lab):
-    beside = LinkParams(effects="twins half", jitter="normal", jitter_s=0.01)
+    beside = LinkParams(effects="late:by_s=0.1 half", jitter="normal", jitter_s=0.01)
     lost = [
         [sent[0].kind is FateKind.LOST for sent in fates(params, seed)[0]]
         for params, seed in (
@@ -155,12 +141,6 @@ def test_own_numbers_are_those_of_the_packet_whatever_else_is_on(lab):
     ]
     assert lost[0] == lost[1] != lost[2]
     assert 15 < sum(lost[0]) < 45
-
-
-def test_several_copies_are_numbered_and_travel_each(lab):
-    ((original, first, second),), link = fates(LinkParams(effects="twins"), (1, 0, 0), count=1)
-    assert [fate.copy for fate in (original, first, second)] == [0, 1, 2]
-    assert len(link.arrivals(MS)) == 3
 
 
 def test_effects_follow_new_settings(lab):
@@ -213,8 +193,8 @@ def test_where_an_effect_fails_packets_pass_without_it_and_the_faults_are_counte
         [fate.time_due_ns for fate in each] for each in theirs[1::2]
     ]
     assert all(each[0].kind is FateKind.LOST for each in ours[::2])
-    assert link.faults.steps == 30 * 5
-    assert link.failed.startswith("calls without the effect: 150; last: link.effects = 'torn' ")
+    assert link.faults.steps == 30 * 3
+    assert link.failed.startswith("calls without the effect: 90; last: link.effects = 'torn' ")
     assert plain.failed == ""
 
 

@@ -46,7 +46,7 @@ def a_packet(value=0.5):
 
 def a_block(ticks=8, dof=1, *, filled=None):
     """Fill a block with numbers that differ from field to field, tick to tick and axis to axis."""
-    block = FrameBlock(ticks, dof)
+    block = FrameBlock(dof)
     for k in range(ticks if filled is None else filled):
         values = [100.0 * field + 10.0 * k for field in range(8)]
         axes = values if dof == 1 else [value + np.arange(dof) for value in values]
@@ -129,10 +129,6 @@ def test_a_block_is_row_major_by_tick_and_holds_what_was_written(dof, filled):
     assert list(message.looked) == [0, 1000, 2000, 3000][:filled]
     taken = message.taken_tick, message.taken_seq, message.taken_epoch
     assert [list(each) for each in taken] == [[1], [3], [7]]  # without the one refused
-    before = list(message.x)
-    block.clear()
-    block.put([-1.0] * 8 if dof == 1 else [np.full(dof, -1.0)] * 8, 0.0, 0.0, 0, ())
-    assert list(message.x) == before and list(block.series()["x"]) == [-1.0] * dof
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)

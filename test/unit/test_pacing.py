@@ -139,30 +139,6 @@ def test_ticks_end_when_stop_is_set_and_not_after_the_sleep_in_which_it_is() -> 
     assert [t.grid for t in Pacer(MS, clock=clock, sleep=sleep).ticks(stop)] == [1, 2, 3, 4, 5]
 
 
-def test_sleep_goes_on_after_a_signal(monkeypatch: pytest.MonkeyPatch) -> None:
-    results = [errno.EINTR, errno.EINTR, 0]
-    asked = []
-
-    class Interrupted:
-        @staticmethod
-        def clock_nanosleep(clock: int, flags: int, until: object, rest: object) -> int:
-            asked.append((clock, flags, until._obj.tv_sec, until._obj.tv_nsec, rest))
-            return results.pop(0)
-
-    monkeypatch.setattr(pacing, "_libc", Interrupted)
-    sleep_until(5_000_000_007)
-    assert asked == [(time.CLOCK_MONOTONIC, 1, 5, 7, None)] * 3
-
-
-def test_sleep_that_the_system_refuses_raises(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Refusing:
-        clock_nanosleep = staticmethod(lambda *_: errno.EINVAL)
-
-    monkeypatch.setattr(pacing, "_libc", Refusing)
-    with pytest.raises(OSError, match="Invalid argument"):
-        sleep_until(1)
-
-
 def test_sleep_reaches_its_deadline_and_ignores_a_past_one() -> None:
     deadline = time.monotonic_ns() + MS
     sleep_until(deadline)

@@ -11,7 +11,7 @@ import pytest
 from support.packer import Packer
 
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, FLAG_LEAVING, Receipt
-from pmwvc_core.transport.receiver import AHEAD, REMEMBERED, Receiver
+from pmwvc_core.transport.receiver import AHEAD, Receiver
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000
@@ -218,7 +218,7 @@ def test_another_sender_takes_over_after_silence_and_only_if_it_hears(senders, t
     assert {epoch for now, epoch in found if now > taken} == {2}
 
 
-def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
+def test_a_flood_of_random_epochs_is_refused_and_counted():
     inbox = receiver()
     draw = random.Random(7)
     packer = Packer(1, period=0.008)
@@ -231,7 +231,6 @@ def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
             assert inbox.push(wild, now_ns + 1) is Receipt.STRANGER
         assert inbox.newest.wave == 1.0
     assert inbox.counts[Receipt.STRANGER] == 5000
-    assert len(inbox.strangers) == REMEMBERED
 
 
 def test_both_ends_that_were_started_again_find_each_other():

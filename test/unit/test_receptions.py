@@ -196,7 +196,7 @@ def test_a_second_publisher_is_named_though_packets_come(topic, names):
     assert rig.wrong() == f"2 publishers on {topic}: {', '.join(names)}"
 
 
-def test_packets_of_another_sender_are_reported_once_and_stay_in_the_values():
+def test_packets_of_another_sender_are_reported_once():
     rig = Rig("/netem")
     packet = Packer(0xABC, period=0.008).pack(0.0, 0.0, 0)
     rig.inbox.push(packet, 0)
@@ -204,7 +204,6 @@ def test_packets_of_another_sender_are_reported_once_and_stay_in_the_values():
     wrong, values = rig.peers.look()
     assert wrong == [f"{DOWN}: 1 packet of another sender refused"]
     assert values[f"{DOWN}: sender followed"].endswith("abc")
-    assert values[f"{DOWN}: other senders"] == f"{0xDEF:016x} (1 packets)"
     assert rig.wrong() == ""
 
 

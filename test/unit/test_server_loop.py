@@ -160,24 +160,6 @@ def test_the_target_rests_until_all_are_there():
     assert expected > 0.0
 
 
-def test_a_pause_stands_still_without_energy_and_users_join_anew_after_it():
-    rig = Rig().step(0, 1, times=30, wave=0.1)
-    end, before, sent = rig.end, rig.rows[-1], [len(each) for each in rig.sent]
-    steps = end.steps
-    assert before.potential > 0.0
-    end.hand_over(lambda: end.pause(True))
-    rig.step(0, 1, times=300, wave=0.1)
-    assert (end.steps, end.x_o) == (steps, before.x_o)
-    assert [len(each) for each in rig.sent] == sent
-    assert rig.presence == ["ABSENT", "ABSENT"]
-    held = before.potential + before.dissipated  # what springs held became heat
-    assert end.s.environment.dissipated_j == pytest.approx(held, rel=1e-12)
-    end.hand_over(lambda: end.pause(False))
-    rig.step(0, 1)
-    assert rig.presence == BOTH
-    assert [box.lost for box in end.inboxes] == [0, 0]
-
-
 def test_another_period_begins_with_the_next_step_and_lies_on_its_own_grid():
     rig = Rig().step(0, 1, times=3)
     changes = {42: 0.02, 82: 0.008, 98: 0.02}  # time of the step that takes it [ms], period [s]

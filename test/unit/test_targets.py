@@ -58,16 +58,17 @@ def playing(tmp_path, kind, values, **params):
 
 def test_a_recorded_force_is_played_tick_by_tick_again_or_once(tmp_path):
     wanted = np.sin(np.arange(50))
-    again = forces(playing(tmp_path, "playback_force", wanted), 120)
+    again = forces(playing(tmp_path, "playback_force", wanted, repeat=True), 120)
     np.testing.assert_allclose(again, np.resize(wanted, 120), atol=1e-12)
-    once = forces(playing(tmp_path, "playback_force", wanted, repeat=False), 120)
+    once = forces(playing(tmp_path, "playback_force", wanted), 120)
     np.testing.assert_allclose(once, [*wanted, *np.zeros(70)], atol=1e-12)
 
 
 def test_a_recorded_motion_pulls_the_handle_along(tmp_path):
     time_s = TICK_S * np.arange(2000)
     wanted = 0.02 * np.sin(2 * np.pi * time_s)
-    hand, moving = playing(tmp_path, "playback_motion", wanted), device(0.1, x=-HALF)
+    hand = playing(tmp_path, "playback_motion", wanted, repeat=True)
+    moving = device(0.1, x=-HALF)
     path = []
     for _ in range(4000):
         path.append(moving.x)

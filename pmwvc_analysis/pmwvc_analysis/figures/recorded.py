@@ -106,7 +106,7 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
         ]
     delays = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]
     jitters = dict.fromkeys(
-        effect.label(link)
+        effect.brief(link)
         for one in scenario.users
         for link in (one.link_up, one.link_down)
         for effect in active(link)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.report.page import filled
 from pmwvc_core.controllers.library import has_waves, proofs_hold
-from pmwvc_core.network.effects import EFFECTS, active
+from pmwvc_core.network.effects import active
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.filter_design import pole_of
@@ -27,7 +27,6 @@ PARTS: Mapping[str, tuple[str, ...]] = {
     "contact": ("contact_damping", "contact_stored", "environment_stored", "environment_heat"),
     "object": ("object_kinetic", "object_damping"),
 }
-DELAY = EFFECTS.library["delay"]
 ALL_USERS = ("decoder", "contact", "object")
 SMALL_J = 5e-9  # shown as zero
 
@@ -92,9 +91,9 @@ def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str,
 
 
 def _link(link: LinkParams) -> list[str]:
-    labels = [(effect, effect.label(link)) for effect in active(link)]
-    times = [text for effect, text in labels if text and (effect is DELAY or effect.spreads)]
-    return [", ".join(times), *(text for _, text in labels if text and text not in times)]
+    texts = [(each.spreads, each.brief(link)) for each in active(link) if each.brief(link)]
+    times = [f"{link.delay_s * 1e3:.4g} ms", *(text for spreads, text in texts if spreads)]
+    return [", ".join(times), *(text for spreads, text in texts if not spreads)]
 
 
 def _energies(name: str, energies: Budget | None) -> dict[str, float]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.traces.holes import starts
 from pmwvc_analysis.traces.sums import begins
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.server_end import kept_words, why_kept
+from pmwvc_core.ends.server_end import kept_words
 from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -75,8 +75,8 @@ def kept_text(kept_m: Any, scenario: Scenario) -> str:
     """Return in words what is kept of the distance at joining [m], and why, if it is worth it."""
     if kept_m is None or not np.isfinite(np.array(kept_m, dtype=float)).all():
         return ""
-    why = why_kept(waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box)
-    return kept_words(float(np.linalg.norm(kept_m)), why)
+    of = {"waves": has_waves(scenario.controller), "black_box": scenario.coupling.black_box}
+    return kept_words(float(np.linalg.norm(kept_m)), **of)
 
 
 def _slid(server: ServerTraces, index: int, rows: NDArray[np.intp], most: Array) -> Array | float:

@@ -41,9 +41,9 @@ DIRECT = Controller(
     name="direct",
     words="Direct coupling: nothing keeps it passive as delay or stiffness grows.",
     waves=False,
-    law=lambda baseline, tick_s: Direct(0),
-    device_rest=lambda baseline, axes: Held((0.0,) * axes),
-    avatar_rest=lambda baseline, axes: NOTHING,
+    law=lambda p, tick_s: Direct(0),
+    device_rest=lambda p, axes: Held((0.0,) * axes),
+    avatar_rest=lambda p, axes: NOTHING,
     linear="direct",
     coupling=replace(HELD, moves=None),
 )
@@ -51,11 +51,9 @@ VIRTUAL_COUPLING = Controller(
     name="virtual_coupling",
     words="Virtual coupling: stable where its rules are met; energy is not monitored.",
     waves=False,
-    law=lambda baseline, tick_s: VirtualCoupling(
-        baseline.virtual_coupling.stiffness, baseline.virtual_coupling.damping
-    ),
-    device_rest=lambda baseline, axes: AvatarSeen((0.0,) * axes, (0.0,) * axes),
-    avatar_rest=lambda baseline, axes: NOTHING,
+    law=lambda p, tick_s: VirtualCoupling(p.stiffness, p.damping),
+    device_rest=lambda p, axes: AvatarSeen((0.0,) * axes, (0.0,) * axes),
+    avatar_rest=lambda p, axes: NOTHING,
     linear="virtual_coupling",
     coupling=HELD,
     rule=Rule(rules.check_virtual_coupling, {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)}),
@@ -65,9 +63,9 @@ TDPA = Controller(
     words="Time-domain passivity control: energy that the link generated is dissipated "
     "later; a device at rest dissipates none.",
     waves=False,
-    law=lambda baseline, tick_s: tdpa_law(baseline.tdpa, tick_s),
-    device_rest=lambda baseline, axes: TdpaEnd((0.0,) * axes),
-    avatar_rest=lambda baseline, axes: TdpaEnd(()),
+    law=tdpa_law,
+    device_rest=lambda p, axes: TdpaEnd((0.0,) * axes),
+    avatar_rest=lambda p, axes: TdpaEnd(()),
     linear=None,  # without its dissipation nothing of it is left
     rule=Rule(
         rules.check_tdpa,
@@ -85,11 +83,9 @@ PSPM = Controller(
     name="pspm",
     words="Set-position modulation: neither end releases more energy than its tank holds.",
     waves=False,
-    law=lambda baseline, tick_s: Pspm(
-        baseline.pspm.stiffness, baseline.pspm.damping, baseline.pspm.cap_j
-    ),
-    device_rest=lambda baseline, axes: ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j),
-    avatar_rest=lambda baseline, axes: ModulatedSpring((0.0,) * axes, baseline.pspm.initial_j),
+    law=lambda p, tick_s: Pspm(p.stiffness, p.damping, p.cap_j),
+    device_rest=lambda p, axes: ModulatedSpring((0.0,) * axes, p.initial_j),
+    avatar_rest=lambda p, axes: ModulatedSpring((0.0,) * axes, p.initial_j),
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
     rule=Rule(

@@ -114,11 +114,11 @@ class Controller(Record):
     # them; None: those of the library (of ``pmwvc``, where packets carry waves)
     device: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
     avatar: Callable[[Any, Any, Any], tuple[Any, Any]] | None = None
-    # of one of the library without waves: from ``baseline.*`` and the tick [s], the NamedTuple by
-    # whose type the families of :mod:`pmwvc_core.law.without_waves` choose its laws
-    law: Callable[[BaselineParams, float], Any] | None = None
-    # from the parameters (with ``law`` those of ``baseline.*``) and the number of axes, the states
-    # that the ends start from (NamedTuples)
+    # of one of the library without waves: from its parameters (in ``baseline.*``) and the tick
+    # [s], the NamedTuple by whose type the families of :mod:`pmwvc_core.law.without_waves` choose
+    # its laws
+    law: Callable[[Any, float], Any] | None = None
+    # from the parameters and the number of axes, the states that the ends start from (NamedTuples)
     device_rest: Callable[[Any, int], Any] = lambda p, axes: ()
     avatar_rest: Callable[[Any, int], Any] = lambda p, axes: ()
     # how many ``extra`` signals a packet carries up and down, for a number of axes

@@ -16,7 +16,7 @@ import numpy as np
 from pmwvc_core.controllers.library import has_waves, is_strict, record_of
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.vectors import Vector
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import Array, Value
 from pmwvc_core.transport.packet import (
     FLAG_ANEW,
     FLAG_DIRECT,
@@ -42,9 +42,9 @@ def scalar(value: Value) -> float:
     return vector(value, 1)[0]
 
 
-def value(signal: Vector) -> Value:
+def value(signal: Vector | Array) -> Value:
     """Return a signal of the laws as others have it."""
-    return signal[0] if len(signal) == 1 else np.array(signal)
+    return float(signal[0]) if len(signal) == 1 else np.array(signal)
 
 
 def known(packet: WavePacket, dof: int, *, fresh: bool, lost: int) -> Packet:

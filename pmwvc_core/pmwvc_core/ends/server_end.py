@@ -15,9 +15,9 @@ from typing import Any
 from pmwvc_core.controllers.library import accounts_of_server
 from pmwvc_core.ends.inbox import Inbox, PortEnd, message, value
 from pmwvc_core.frame import Presence, ServerRow
-from pmwvc_core.law.channel.arrivals import arrive, news
+from pmwvc_core.law.channel.arrivals import news
 from pmwvc_core.law.channel.packet import Packet, Sent, pack
-from pmwvc_core.law.server.server_port import changed_port, left, port_shown, scene_energies, sum_j
+from pmwvc_core.law.server.server_port import changed_port, port_shown, scene_energies, sum_j
 from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.made.server import changed_server, port_impedance, resting_server, server_params
@@ -36,19 +36,17 @@ JUMPED = "a force that jumped while hardly anything moved"
 LEAST_M = 1e-3  # avatars less far from their device are not reported
 
 
-def why_kept(*, waves: bool, black_box: bool) -> str:
-    """Return why a distance at joining stays, for a controller and an environment."""
-    if not waves:
-        return "this controller keeps the distance"
-    if black_box:
-        return "an environment known by its forces only has no face to stop at, so it cannot slide"
-    return "it joined with the device inside the object, and slides to it once there is room"
-
-
-def kept_words(distance_m: float, why: str) -> str:
-    """Return the distance and why it stays; nothing below ``LEAST_M``."""
+def kept_words(distance_m: float, *, waves: bool, black_box: bool) -> str:
+    """Return the distance of an avatar from its device since joining, and why it stays, for a
+    controller and an environment; nothing below ``LEAST_M``.
+    """
     if not distance_m > LEAST_M:
         return ""
+    why = "it joined with the device inside the object, and slides to it once there is room"
+    if black_box:
+        why = "an environment known by its forces only has no face to stop at, so it cannot slide"
+    if not waves:
+        why = "this controller keeps the distance"
     return f"avatar {1e3 * distance_m:.1f} mm from the device since joining: {why}"
 
 
@@ -87,22 +85,12 @@ class ServerEnd(PortEnd):
         self._step, self._task = unrolled(server_step, dof), task_of(session.task, dof)
         kept = accounts_of_server(session.controller, session.channel, self.params)
         self._accounts = [each.name for each in kept]
-        self.steps, self.paused, self._idle = 0, False, idle_until_joined
+        self.steps, self._idle = 0, idle_until_joined
 
     def _made(self, period_s: float) -> Any:
         """Return the parameters for steps of that length [s]."""
         server = dataclasses.replace(self.params, period_s=period_s)
         return server_params(self._users, self._session, server, self.faults)
-
-    def pause(self, paused: bool) -> None:
-        """Stand still, or go on; users leave, and join anew afterwards."""
-        self.paused = paused
-        if paused:
-            e = self.s.environment
-            ports, dropped_j = zip(*map(left, e.ports), strict=True)  # what springs hold is lost
-            e = e._replace(ports=ports, dissipated_j=e.dissipated_j + sum(dropped_j))
-            guests = tuple(guest._replace(presence=ABSENT) for guest in self.s.guests)
-            self.s = self.s._replace(guests=guests, environment=e)
 
     def configure(self, params: ServerParams, *, first_s: float) -> None:
         """Take other parameters over before a step, which lasts ``first_s`` [s]."""
@@ -143,26 +131,15 @@ class ServerEnd(PortEnd):
 
         Return each user's answer (None for an absent one, but where its sender has to prove
         itself, and where the deadband holds it back), and the server after the step (None while it
-        waits for the first user, or is paused).
+        waits for the first user).
         """
         if self.p.period_s != self.params.period_s:
             self._last(self.params.period_s)
         self._take_changes()
         pairs = zip(self.inboxes, packets, strict=True)
         taken = tuple(inbox.take(arrived, now_ns) for inbox, arrived in pairs)
-        nothing: list[WavePacket | None] = [None for _ in self.inboxes]
-        if self.paused:  # packets are counted
-            guests = list(self.s.guests)
-            for user, arrived in enumerate(taken):
-                for packet in arrived:
-                    rules, arrivals = self.p.guests[user].arrivals, guests[user].arrivals
-                    arrivals = arrive(arrivals, packet, now_ns, rules)
-                    guests[user] = guests[user]._replace(arrivals=arrivals)
-            self.s = self.s._replace(guests=tuple(guests))
-            self._expect()
-            return nothing, None
         if self._idle and not any(taken):
-            return nothing, None
+            return [None for _ in self.inboxes], None
         self._idle = False
         self.steps += 1
         for user, inbox in enumerate(self.inboxes):

@@ -36,12 +36,10 @@ REPAID_M_S = 0.06  # speed at which device and avatar come together after an out
 
 
 def values_of(user: "scenarios.User", record: Controller) -> Any:
-    """Return a user's parameters of a controller: those of ``baseline.*``, or of another package;
-    None without any.
+    """Return a user's parameters of a controller: in ``baseline.*``, or of another package; None
+    without any.
     """
-    if record.law is not None:
-        return user.baseline
-    return getattr(user.own, record.name) if record.params else None
+    return getattr(user.own if record.params else user.baseline, record.name, None)
 
 
 def end_law(record: Controller, values: Any, tick_s: float) -> Any:
@@ -111,7 +109,8 @@ def made_user(
     stiffness = impedances.smallest(b) * (1.0 / STALL_S) if strict else 0.0
     groups: Any = (((1.0,) * axes, 1.0),)
     if axes == AXES:
-        share = safety.max_torque / session.server.lever_m / safety.max_force or 1.0
+        lever_m = session.server.lever_m
+        share = safety.torque_n_m(lever_m) / (safety.max_force * lever_m)
         groups = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, share)
     of_limits = limits_params(safety, tick_s, packet_s, stiffness, groups)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)

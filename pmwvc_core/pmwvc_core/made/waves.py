@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The master's end of waves, made from parameters."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -18,14 +17,14 @@ from pmwvc_core.law.port.port_filters import Filtered, FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMaster, StrictMasterParams
 from pmwvc_core.law.position.energy_tank import Tank
 from pmwvc_core.law.position.error import FeedbackParams, PositionError, Posted
-from pmwvc_core.law.position.feedback import Budgeted, OnStrict, Published
+from pmwvc_core.law.position.feedback import Budgeted, OnStrict
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave import filter_and_hold as rates
 from pmwvc_core.law.wave.wave import ImpedanceMatrix, impedance
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.aliasing import delay_of
-from pmwvc_core.wave.filter_design import bank_filters, design, pole_of
+from pmwvc_core.wave.filter_design import bank_filters, design
 from pmwvc_core.wave.velocity_filter_design import passing
 
 
@@ -44,16 +43,12 @@ def _rows(matrix: Any) -> tuple[Vector, ...]:
 
 
 def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) -> tuple[Any, Any]:
-    """Return a filter at rest, and its parameters: its sections, its pole, or the ticks M."""
-    nothing, pole = (0.0,) * axes, 0.0
-    if params.kind == "integrate_and_dump":
+    """Return a filter at rest, and its parameters: its sections, or the ticks M."""
+    nothing = (0.0,) * axes
+    if params.means:
         return rates.Mean(nothing, 0), rate_drop
-    if params.kind == "butterworth":
-        sections = rates.sections_of(design(params, tick_s=tick_s))
-        return rates.Butterworth(nothing, (rates.resting_cascade(sections),) * axes), sections
-    if params.kind == "first_order":
-        pole = math.exp(-float(pole_of(params)) * tick_s)
-    return rates.FirstOrder(nothing), pole
+    sections = rates.sections_of(design(params, tick_s=tick_s))
+    return rates.Sectioned(nothing, (rates.resting_cascade(sections),) * axes), sections
 
 
 def made_waves(
@@ -71,8 +66,6 @@ def made_waves(
         error = PositionError([Posted(0, rest, 0.0)], *(rest,) * 9)
         if strict:
             position = OnStrict(error, rest, rest, 0.0, 0.0, rest, 0.0)
-        elif master.position.as_published:
-            position = Published(error, 0.0)
         else:
             position = Budgeted(error, Tank(lent_j, *(rest,) * 4))
     if strict:
@@ -150,4 +143,5 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> FeedbackPa
     return FeedbackParams(
         b, tick_s, master.frame_s, *lags, position.of_residual, drop,
         float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
+        position.is_paid,
     )  # fmt: skip

@@ -47,22 +47,15 @@ def count_bound(master: MasterParams, device: DeviceParams) -> CountBound:
     given_j, most = GIVEN * b * q**2 / h, min(LARGEST_RATIO * mass / h, LARGEST_IMPEDANCE)
     holds = frame_s >= LEAST_FRAME_S - ROUNDING_S and b <= most
     text = f"velocities are differences of counts of {1e6 * q:.3g} um: b = {b:.3g} N s/m, "
-    text += f"b h/m = {b * h / mass:.2g} "
-    frame = f"and frames of {1e3 * frame_s:.3g} ms"
+    text += f"b h/m = {b * h / mass:.2g} and frames of {1e3 * frame_s:.3g} ms. "
     if holds:
-        text += (
-            f"(at most {LARGEST_IMPEDANCE:g} and {LARGEST_RATIO:g}) {frame} (at least "
-            f"{1e3 * LEAST_FRAME_S:g}), so with a hand on the device its port gives out at most "
-            f"0.1 b q^2/h = {1e3 * given_j:.2g} mJ more than it took in (measured, not proved)"
-        )
+        text += "With a hand on the device its port gives out at most 0.1 b q^2/h = "
+        text += f"{1e3 * given_j:.2g} mJ more than it took in (measured, not proved)."
     else:
-        text += (
-            f"(known up to master.impedance = {most:.3g} N s/m) {frame} (known from "
-            f"{1e3 * LEAST_FRAME_S:g} on), so the device may swing about a count, and its port "
-            "may then give out millijoules and more"
-        )
+        text += "The device may swing about a count, and its port give out millijoules and more: "
+        text += f"a bound is known up to master.impedance = {most:.3g} N s/m, for frames of at "
+        text += f"least {1e3 * LEAST_FRAME_S:g} ms."
     if b * q / h > FIRM_N:
-        text += (
-            f". One count is b q/h = {b * q / h:.2g} N (above {FIRM_N:g} N): a grip may lose force"
-        )
-    return CountBound(q, given_j, most, holds, f"{text}.")
+        text += f" One count is b q/h = {b * q / h:.2g} N (above {FIRM_N:g} N): a grip may lose "
+        text += "force."
+    return CountBound(q, given_j, most, holds, text)

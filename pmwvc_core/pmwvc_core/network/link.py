@@ -126,15 +126,11 @@ class Link(InFlight):
         step_s = losses.step_s(p, elapsed_ns) if on.handover else 0.0
         delay_s = step_s + p.delay_s + ramp_s
         fates = [self._travel(payload, fate, luck, delay_s, recorded_ns)]
-        copies = 0
         if on.duplication:
             u = draws.correlated("duplication", fate, luck[1], p.duplicate_correlation)
-            copies += u < p.duplicate
-        for more in self._hooks["copies"]:
-            copies += more(fate)
-        for _ in range(copies):
-            copy = Fate(number, now_ns, 0, *COPIED, size_bytes, len(fates))
-            fates.append(self._travel(payload, copy, luck, delay_s, recorded_ns))
+            if u < p.duplicate:
+                copy = Fate(number, now_ns, 0, *COPIED, size_bytes, copy=1)
+                fates.append(self._travel(payload, copy, luck, delay_s, recorded_ns))
         return fates
 
     def _travel(
@@ -145,9 +141,6 @@ class Link(InFlight):
         ready_ns: int | None = fate.time_in_ns
         if on.rate_limit:
             ready_ns = self._line.departs_ns(p, fate, fate.time_in_ns)
-        for departs_ns in hooks["departs_ns"]:
-            if ready_ns is not None:
-                ready_ns = departs_ns(fate, ready_ns)
         if ready_ns is None:
             self.counters.dropped += 1
             fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
@@ -157,19 +150,13 @@ class Link(InFlight):
             u = draws.correlated("corruption", fate, u, p.corrupt_correlation)
             if u < p.corrupt:
                 fate.cause, fate.flip = Cause.CORRUPTION, draws.of("corruption", fate, 1)
-        for corrupts in hooks["corrupts"]:
-            if (fraction := corrupts(fate)) is not None:
-                fate.cause, fate.flip = Cause.CORRUPTION, fraction
         at_once = False
         if on.reordering:
             u = draws.of("reordering", fate)
             u = draws.correlated("reordering", fate, u, p.reorder_correlation)
             at_once = u < p.reorder
-        for hook in hooks["at_once"]:
-            at_once = hook(fate) or at_once
         if self._jitter is not None:
-            u = luck[2 + fate.copy] if fate.copy <= 1 else draws.each(p.jitter, fate)
-            u = draws.correlated(p.jitter, fate, u, p.jitter_correlation)
+            u = draws.correlated(p.jitter, fate, luck[2 + fate.copy], p.jitter_correlation)
             delay_s += float(self._jitter.at(p, u))
         for hook in hooks["delay_s"]:
             delay_s += hook(fate)

@@ -69,6 +69,10 @@ class SafetyParams(Validated):
         """Check the order of the two speed limits."""
         return disordered(self, ("damper_velocity", "fault_velocity"))
 
+    def torque_n_m(self, lever_m: float) -> float:
+        """Return the peak torque [N m]: as given, or that of the peak force at the lever."""
+        return self.max_torque or self.max_force * lever_m
+
 
 class ServerTimes(NamedTuple):
     """Times of the server, one for all users: the longest of theirs [s]."""
@@ -123,7 +127,7 @@ class OperatorParams(Validated):
     scale: float = parameter(1.0, "N or m per unit of the file", "playback: factor to N or m")
     offset: float = parameter(0.0, "N or m", "playback: added after scaling")
     fade_s: float = parameter(0.2, ">= 0 s", "playback: fade in and out")
-    repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
+    repeat: bool = parameter(False, "-", "playback: start again at the end of the file")
     remote: RemoteHandParams = group(RemoteHandParams)
 
     is_hand = has("kind", "hand")  # simulated, does the session's task

@@ -16,25 +16,15 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-_NS_PER_S = 1_000_000_000
-_TIMER_ABSTIME = 1
 _PR_SET_TIMERSLACK, _ONE_NS = 29, (ctypes.c_ulong(1), 0, 0, 0)
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _FIFO = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
-class _Timespec(ctypes.Structure):
-    _fields_ = (("tv_sec", ctypes.c_long), ("tv_nsec", ctypes.c_long))
-
-
 def sleep_until(deadline_ns: int) -> None:
     """Sleep until the monotonic clock shows a time, whatever signals come meanwhile."""
-    until = _Timespec(*divmod(max(deadline_ns, 0), _NS_PER_S))
-    clock = time.CLOCK_MONOTONIC
-    while code := _libc.clock_nanosleep(clock, _TIMER_ABSTIME, ctypes.byref(until), None):
-        if code != errno.EINTR:
-            raise OSError(code, os.strerror(code))
+    time.sleep(max(deadline_ns - time.monotonic_ns(), 0) * 1e-9)
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,13 +91,6 @@ def set_together(node: Node, values: Mapping[str, Any]) -> None:
         node.get_logger().warning(result.reason)
 
 
-def pass_on(node: Node, users: Sequence[str], prefix: str, old: Any, new: Any) -> None:
-    """Set what changed of a dataclass for all users also for each of these, all or none."""
-    before = values_of(prefix, old)
-    changed = {n: value for n, value in values_of(prefix, new).items() if value != before[n]}
-    set_together(node, {f"{user}.{n}": value for user in users for n, value in changed.items()})
-
-
 class _Group(NamedTuple):
     """A dataclass whose values may change, and the checks of a change."""
 

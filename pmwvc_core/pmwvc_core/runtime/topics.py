@@ -14,7 +14,6 @@ from importlib import import_module
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -82,7 +81,6 @@ RECORDED_QOS = QoSProfile(depth=KEPT, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # deep enough that a flood does not push out the packets of a sender
 TAKEN_QOS = QoSProfile(depth=64, reliability=ReliabilityPolicy.BEST_EFFORT)
-DEADLINE_PERIODS = 3
 MOST_AT_ONCE = 32  # packets taken in one call: a flood takes no more of a loop's time
 OF_TOKENS = (Receipt.OTHER_SESSION, Receipt.FORGED)
 QUIET_NS = 500_000_000  # an end that has sent nothing for so long answers a wrong token
@@ -93,12 +91,6 @@ def message_class(type_name: str) -> Any:
     """Return the class of messages of a type, ``package/msg/Name``."""
     package, _, name = type_name.partition("/msg/")
     return getattr(import_module(f"{package}.msg"), name)
-
-
-def offered(qos: QoSProfile, period_s: float) -> QoSProfile:
-    """Return a publisher's profile with a deadline of three periods (10 us a message)."""
-    deadline = Duration(nanoseconds=round(DEADLINE_PERIODS * period_s * 1e9))
-    return QoSProfile(depth=qos.depth, reliability=qos.reliability, deadline=deadline)
 
 
 class _Unserved(CallbackGroup):
@@ -135,20 +127,20 @@ class Polled:
 
 
 class WaveTopics:
-    """One end of a user's link, with packets of ``dof`` axes every ``period_s`` [s]; ``admission``
-    seals and judges. A quiet end answers packets of a wrong token with an empty one, which every
-    receiver refuses: so the user learns of it.
+    """One end of a user's link, with packets of ``dof`` axes; ``admission`` seals and judges. A
+    quiet end answers packets of a wrong token with an empty one, which every receiver refuses: so
+    the user learns of it.
     """
 
     def __init__(
         self, node: Node, types: MessageTypes, *, incoming: str, outgoing: str,
-        admission: Admission, dof: int, extra: int, period_s: float,
+        admission: Admission, dof: int, extra: int,
     ) -> None:  # fmt: skip
         self._admission, self._dof, self._sent_ns = admission, dof, 0
         self._whole = size_bytes(dof, extra)
         inlet = Polled(node, types.Wave, incoming, raw=True)
         self._kind, self._inlet = inlet.kind, inlet.subscription.handle
-        self._out = node.create_publisher(types.Wave, outgoing, offered(WAVE_QOS, period_s))
+        self._out = node.create_publisher(types.Wave, outgoing, WAVE_QOS)
         record = record_of(self._out.topic_name)
         self._record = node.create_publisher(types.Wave, record, RECORDED_QOS)
 

@@ -52,10 +52,8 @@ class Peers:
         wrong, values = list[str](), dict[str, object]()
         for topic, inbox in self._inboxes.items():
             names = sorted(self._publishers(topic))
-            others = [f"{epoch:016x} ({n} packets)" for epoch, n in inbox.strangers.items()]
             values[f"{topic}: publishers"] = ", ".join(names) or "none"
             values[f"{topic}: sender followed"] = f"{inbox.epoch:016x}" if inbox.epoch else "none"
-            values[f"{topic}: other senders"] = ", ".join(others) or "none"
             found = self._of_packets(topic, names, inbox)
             wrong += _several(topic, names) or found
         for topic in self._own:

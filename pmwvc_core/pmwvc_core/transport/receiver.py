@@ -27,7 +27,6 @@ LONGEST_PERIOD_S = 10.0  # of a packet on the strict channel
 AHEAD = 1 << 16  # numbers: a jump farther than that has to be proven
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
-REMEMBERED = 16  # other senders: a flood of random epochs costs no memory
 ACCEPTED = Receipt.ACCEPTED  # at hand: a member is looked up in Python
 NEW_EPOCH, STRANGER = Receipt.NEW_EPOCH, Receipt.STRANGER
 _TAKEN = (Receipt.ACCEPTED, Receipt.NEW_EPOCH, Receipt.DUPLICATE, Receipt.REORDERED)
@@ -66,7 +65,6 @@ class Receiver:
         self._left = False  # the sender followed
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
-        self.strangers: dict[int, int] = {}  # packets refused by epoch, of other senders
         self._stranger: WavePacket | None = None  # the newest of a sender that is not followed,
         self._stranger_ns = 0  # and when it came
 
@@ -78,9 +76,6 @@ class Receiver:
             self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
         elif verdict is STRANGER or verdict is Receipt.STALE:
             self._stranger, self._stranger_ns = packet, packet.came_ns or now_ns
-            self.strangers[packet.epoch] = self.strangers.pop(packet.epoch, 0) + 1
-            if len(self.strangers) > REMEMBERED:
-                del self.strangers[next(iter(self.strangers))]
         return verdict
 
     @property

@@ -121,10 +121,11 @@ def limits_of(info: DeviceInfo, safety: SafetyParams, lever_m: float = math.inf)
         if value is not None and not 0.0 < value < math.inf:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
     peak = info.max_force or info.continuous_force or math.inf
-    most_n, torque = min(safety.max_force, peak), safety.max_torque
-    if info.max_torque is not None:
-        torque = min(torque or most_n * lever_m, info.max_torque)
-    return dataclasses.replace(safety, max_force=most_n, max_torque=torque)
+    safety = dataclasses.replace(safety, max_force=min(safety.max_force, peak))
+    if info.max_torque is None:
+        return safety
+    torque = min(safety.torque_n_m(lever_m), info.max_torque)
+    return dataclasses.replace(safety, max_torque=torque)
 
 
 def warnings_of_device(

@@ -14,11 +14,9 @@ from typing import Any
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params.fields import Validated, fixed
-from pmwvc_master.devices import DeviceSample, DeviceSetup, vendor
-from pmwvc_master.devices.vendor import Measurement, VendorDevice
+from pmwvc_master.devices import DeviceSample, DeviceSetup
+from pmwvc_master.devices.vendor import Library, Measurement, VendorDevice
 
-VENDOR, SDK = "1451", "Force Dimension SDK (3.7 or later)"
-LIBRARIES = ("libdhd.so.3", "libdhd.so")
 NOTHING_NEW, STATUS_SIZE = 1, 64  # DHD_TIMEGUARD; 16 in SDK 3.7, perhaps more later
 # Of the status, which must not be 0: DHD_STATUS_POWER and DHD_STATUS_RESET.
 READY = {0: "switch it on", 3: "calibrate it by HapticInit of the SDK"}
@@ -35,6 +33,8 @@ _CALLS = {
     "dhdSetForceAndTorque": (c_int, (*(c_double,) * 6, c_byte)),
     "dhdGetLinearVelocity": (c_int, _VECTOR), "dhdSetForce": (c_int, (*(c_double,) * 3, c_byte)),
 }  # fmt: skip
+SDK = "Force Dimension SDK (3.7 or later)"
+LIBRARY = Library("force_dimension", ("libdhd.so.3", "libdhd.so"), _CALLS, SDK, "1451")
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class ForceDimensionParams(Validated):
 class ForceDimensionDevice(VendorDevice):
     """One device at the library."""
 
-    axes, buttons = "y -x z", 32
+    axes, buttons, look = "y -x z", 32, LIBRARY.look
 
     def __init__(self, setup: DeviceSetup, params: ForceDimensionParams | None = None) -> None:
         super().__init__("force_dimension", setup, ForceDimensionParams, params)
@@ -58,16 +58,9 @@ class ForceDimensionDevice(VendorDevice):
         self._frame, self._lever_m = (c_double * 9)(), setup.lever_m  # of the handle, by rows
         self._id, self._refused = -1, False  # of an open device; the last force
 
-    @staticmethod
-    def look() -> str:
-        """Return what there is; DeviceError without library, device or permission."""
-        vendor.library_calls("force_dimension", "", LIBRARIES, _CALLS, SDK)
-        return f"library there; {vendor.plugged_in(VENDOR)}"
-
     def open(self) -> None:
         """Load the library, open the device, switch its forces on, at zero."""
-        asked = "force_dimension", self._params.library, LIBRARIES, _CALLS, SDK
-        self._dhd, serial = vendor.library_calls(*asked), self._params.serial
+        self._dhd, serial = LIBRARY.calls(self._params.library), self._params.serial
         self._id = self._dhd["dhdOpenSerial"](serial) if serial else self._dhd["dhdOpen"]()
         if self._id < 0:
             text = f"no {f'serial = {serial}' if serial else 'device'} can be opened"

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pmwvc_core.ends.inbox import value
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.safety.limits import FADE_S
 from pmwvc_core.numeric import Array, Value, finite, flatten
@@ -41,7 +42,7 @@ class Mapped:
 
     def __init__(self, device: HapticDevice, setup: DeviceSetup) -> None:
         given, info = setup.device, device.info
-        self._device, self.given, self.info = device, device, replace(info, dof=setup.dof)
+        self._device, self.info = device, replace(info, dof=setup.dof)
         self.open, self.couple, self.close = device.open, device.couple, device.close
         self._matrix = matrix_of(info, given)[: setup.dof]
         self._of_hand = np.linalg.pinv(self._matrix).T  # f_h . dd = (that times f_h) . dx
@@ -54,12 +55,13 @@ class Mapped:
         self._shift = self._x = offset[: setup.dof] * (not given.is_simulated)
         self._at, self._f = 0.0 * self._x, np.zeros(info.dof)
         self._c, self._uncoupled, self._went = 1.0, False, False
-        self._sample = DeviceSample(_value(self._x), _value(self._at), _value(self._at))
+        self.uncoupled = False  # whether the avatar does not follow the hand
+        self._sample = DeviceSample(value(self._x), value(self._at), value(self._at))
 
     @property
-    def uncoupled(self) -> bool:
-        """Whether the avatar does not follow the hand."""
-        return self._c < 1.0
+    def ratio(self) -> float:
+        """Velocities over the slope of positions; zero: too little motion, or a simulated one."""
+        return self._device.ratio if isinstance(self._device, Plausible) else 0.0
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return motion and force of the hand as the avatar has them."""
@@ -76,19 +78,20 @@ class Mapped:
                 x = self._x + c * (at - self._at)
                 self._shift = x - at
             self._x, self._at = x, at
-        own.x, own.xd = _value(x), _value(c * (self._matrix @ flatten(there.xd)))
+        own.x, own.xd = value(x), value(c * (self._matrix @ flatten(there.xd)))
         self._went = self._went or c < 1.0  # from then on the orientation follows the way
         q = () if self._went else there.orientation
         own.orientation = (*(self._matrix[3:, 3:] @ q[:3]).tolist(), q[3]) if q else ()
-        own.f_h = _value(c * (self._of_hand @ (flatten(there.f_h) + 0.0 * self._f)))
+        own.f_h = value(c * (self._of_hand @ (flatten(there.f_h) + 0.0 * self._f)))
         return own
 
     def write(self, f_m: Value) -> None:
         """Push the hand with its part of the force."""
         f = flatten(f_m) @ self._matrix
         self._c = self._coupling(f)
+        self.uncoupled = self._c < 1.0
         self._f = self._c * f
-        self._device.write(_value(self._f))
+        self._device.write(value(self._f))
 
     def _coupling(self, f: Array) -> float:
         """Return c for a tick whose whole force is f: |c f - f before| is at most the slew."""
@@ -125,7 +128,3 @@ def matrix_of(info: DeviceInfo, given: DeviceParams) -> Array:
     if info.dof > len(turned):  # a turn is mirrored where the axes are
         matrix[3:, 3:] = np.round(np.linalg.det(turned)) * turned
     return matrix
-
-
-def _value(array: Array) -> Value:
-    return array if len(array) > 1 else float(array[0])

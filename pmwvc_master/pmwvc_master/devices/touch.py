@@ -14,11 +14,9 @@ from dataclasses import dataclass
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.params.fields import Validated, fixed
-from pmwvc_master.devices import DeviceSetup, vendor
-from pmwvc_master.devices.vendor import Measurement, ThreadedDevice
+from pmwvc_master.devices import DeviceSetup
+from pmwvc_master.devices.vendor import Library, Measurement, ThreadedDevice
 
-VENDOR, SDK = "2988", "OpenHaptics SDK"
-LIBRARIES = ("libHD.so", "libHD.so.3.4")
 MM, NONE, PRIORITY, CONTINUE = 1e-3, 0xFFFFFFFF, 0x7FFF, 1
 BUTTONS, POSITION, VELOCITY, FORCE, FORCE_OUTPUT = 0x2000, 0x2050, 0x2051, 0x2700, 0x4000
 MODEL, SERIAL, CALIBRATION_STYLE, MAX_FORCE, TRANSFORM = 0x2501, 0x2504, 0x2555, 0x2603, 0x2052
@@ -42,6 +40,7 @@ _CALLS = {
     "hdScheduleAsynchronous": (c_ulong, (_CALLBACK, c_void_p, c_ushort)),
     "hdStartScheduler": (None, ()), "hdStopScheduler": (None, ()), "hdUnschedule": (None, _HANDLE),
 }  # fmt: skip
+LIBRARY = Library("touch", ("libHD.so", "libHD.so.3.4"), _CALLS, "OpenHaptics SDK", "2988")
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class TouchParams(Validated):
 class TouchDevice(ThreadedDevice):
     """One device at the library."""
 
-    axes, buttons = "x -z y", 2
+    axes, buttons, look = "x -z y", 2, LIBRARY.look
 
     def __init__(self, setup: DeviceSetup, params: TouchParams | None = None) -> None:
         super().__init__("touch", setup, TouchParams, params)
@@ -65,16 +64,10 @@ class TouchDevice(ThreadedDevice):
         self._x, self._xd, self._id, self._scheduled = _THREE(), _THREE(), NONE, 0
         self._pen = (c_double * 16)()  # its axes, then its position, each in four numbers
 
-    @staticmethod
-    def look() -> str:
-        """Return what there is; DeviceError without library, device or permission."""
-        vendor.library_calls("touch", "", LIBRARIES, _CALLS, SDK)
-        return f"library there; {vendor.plugged_in(VENDOR)}"
-
     def open(self) -> None:
         """Load the library, open the device, start its thread with forces at zero."""
         name = self._params.device
-        self._hd = hd = vendor.library_calls("touch", self._params.library, LIBRARIES, _CALLS, SDK)
+        self._hd = hd = LIBRARY.calls(self._params.library)
         self._id = hd["hdInitDevice"](name.encode() or None)
         if (problem := self._error()) or self._id == NONE:
             ways = "plug it in, name it in the vendor's setup, end other programs that use it"
@@ -111,7 +104,8 @@ class TouchDevice(ThreadedDevice):
         hd["hdBeginFrame"](self._id)
         hd["hdGetDoublev"](POSITION, self._x)
         hd["hdGetDoublev"](VELOCITY, self._xd)
-        hd["hdGetDoublev"](TRANSFORM, self._pen)
+        if self._turn is not None:
+            hd["hdGetDoublev"](TRANSFORM, self._pen)
         hd["hdGetIntegerv"](BUTTONS, buttons := c_int())
         hd["hdSetDoublev"](FORCE, _THREE(*self._force(now_ns)))
         hd["hdEndFrame"](self._id)

@@ -148,27 +148,39 @@ class ThreadedDevice(VendorDevice):
         self._asked = time.monotonic_ns(), (-flatten(f_m)[:3]).tolist()
 
 
-def library_calls(
-    device: str, path: str, names: Sequence[str], signatures: Mapping[str, Any], sdk: str
-) -> dict[str, Any]:
-    """Return the calls of the library at ``path``, else of the first name that the system finds;
-    DeviceError where it, or one of them, is not there. Signatures: types of result and arguments.
-    """
-    where, problem = f"{device}.library = {path!r}", ""
-    for name in (path,) if path else names:
-        try:
-            library = CDLL(name)
-            break
-        except OSError as error:
-            problem = problem or str(error)
-    else:
-        raise DeviceError(f"{where}: {problem}; install the {sdk} and name the file")
-    if lacks := [name for name in signatures if not hasattr(library, name)]:
-        raise DeviceError(f"{where}: lacks {', '.join(lacks)}; install a newer {sdk}")
-    calls = {name: getattr(library, name) for name in signatures}
-    for name, call in calls.items():
-        call.restype, call.argtypes = signatures[name]
-    return calls
+class Library(NamedTuple):
+    """A vendor's C library: its files, calls (types of result and arguments), and USB devices."""
+
+    device: str
+    names: Sequence[str]
+    signatures: Mapping[str, Any]
+    sdk: str
+    usb: str  # the vendor's number
+
+    def calls(self, path: str = "") -> dict[str, Any]:
+        """Return the calls of the library at ``path``, else of the first name that the system
+        finds; DeviceError where it, or one of them, is not there.
+        """
+        where, problem = f"{self.device}.library = {path!r}", ""
+        for name in (path,) if path else self.names:
+            try:
+                library = CDLL(name)
+                break
+            except OSError as error:
+                problem = problem or str(error)
+        else:
+            raise DeviceError(f"{where}: {problem}; install the {self.sdk} and name the file")
+        if lacks := [name for name in self.signatures if not hasattr(library, name)]:
+            raise DeviceError(f"{where}: lacks {', '.join(lacks)}; install a newer {self.sdk}")
+        calls = {name: getattr(library, name) for name in self.signatures}
+        for name, call in calls.items():
+            call.restype, call.argtypes = self.signatures[name]
+        return calls
+
+    def look(self) -> str:
+        """Return what there is; DeviceError without library, device or permission."""
+        self.calls()
+        return f"library there; {plugged_in(self.usb)}"
 
 
 def plugged_in(vendor: str) -> str:

@@ -20,7 +20,7 @@ from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.energy import UserEnergy
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.server_end import kept_words, why_kept
+from pmwvc_core.ends.server_end import kept_words
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -54,13 +54,13 @@ class FeedUser:
         self.reason, self.shown_s = "", -math.inf
         self.gone = self.apart = self._there = False
         self._distance_m = math.nan
-        waves, black_box = has_waves(scenario.controller), scenario.coupling.black_box
-        self._why_apart = why_kept(waves=waves, black_box=black_box)
+        self._kind = {"waves": has_waves(scenario.controller)}
+        self._kind["black_box"] = scenario.coupling.black_box
 
     @property
     def kept_apart(self) -> str:
         """How far the avatar is from the device since the user joined, and why; else nothing."""
-        return kept_words(self._distance_m, self._why_apart) if self.apart else ""
+        return kept_words(self._distance_m, **self._kind) if self.apart else ""
 
     @property
     def known(self) -> bool:

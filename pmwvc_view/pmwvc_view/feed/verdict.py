@@ -67,7 +67,7 @@ class Judge:
         safety = {user.name: user.safety for user in scenario.users}
         for own in traces.users:
             limits = safety[own.name]
-            torque_n_m = limits.max_torque or limits.max_force * now.server.lever_m
+            torque_n_m = limits.torque_n_m(now.server.lever_m)
             most = {"force": limits.max_force, "torque": torque_n_m}
             for load, unit, f in loads(own.f_applied[own.time_s > now_s - LATE_S], now):
                 size = np.linalg.norm(f, axis=-1)

@@ -16,7 +16,7 @@ from pmwvc_view.controls import Control, Setting
 from pmwvc_view.live.graph import AboutSession, Graph
 from pmwvc_view.live.topics import Inlets, PublishedHand, TraceReader, scene_of
 from pmwvc_view.protocol.snapshot import Snapshot
-from pmwvc_view.session import Handled, Session, ramped
+from pmwvc_view.session import Session, ramped
 
 STEP_S = 0.02  # between two steps of a delay on its way
 SILENT_S = 10.0  # without a trace: the session is over; a busy machine may stall for seconds
@@ -25,7 +25,7 @@ SILENT_S = 10.0  # without a trace: the session is over; a busy machine may stal
 class LiveSession(Session):
     """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread."""
 
-    can = Session.can - {"restart"}
+    can = Session.can - {"pause", "restart"}
 
     def __init__(self, node: Node, graph: Graph, about: AboutSession) -> None:
         super().__init__(live=True)
@@ -55,16 +55,12 @@ class LiveSession(Session):
                 self._node.get_logger().warning(str(error))
         preset = self._graph.values.get(self._graph.netem, {}).get("preset")
         self.preset = None if preset in (None, "none") else str(preset)
-        self.paused = bool(self._graph.values[self._graph.server].get("paused", False))
         if self._feed.tape.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
         return self._snapshots(inlets.now_ns(), inlets.round_trips)
 
     def _notes(self) -> list[str]:
-        notices = [] if self._graph.emulated else ["The links are not emulated here."]
-        if self.paused:
-            notices.append("Paused: the server stands still; users join it anew when it goes on.")
-        return notices
+        return [] if self._graph.emulated else ["The links are not emulated here."]
 
     def _give(self, user: str, position: Sequence[float] | None) -> None:
         self._hands[user].give(position)
@@ -102,11 +98,6 @@ class LiveSession(Session):
                 found[self._graph.netem] |= values_of(f"{user.name}.link.{way}", link)
             found[self._graph.master(user.name)] = values_of("master", user.master)
         return found
-
-    async def pause(self, paused: bool) -> Handled:
-        """Let the server stand still, or go on: its users leave, and join anew afterwards."""
-        why = await self._graph.parameters.set(self._graph.server, {"paused": paused})
-        return Handled(not why, why or ("paused" if paused else "running"))
 
     def close(self) -> None:
         """Open all hands, end the predictor."""

@@ -112,7 +112,8 @@ def tank_down(
     s = s._replace(played_j=s.played_j + wave_j(v, p.tick_s), work_j=work_j, x=x, v=v)
     if not spends:
         return s, wanted
-    wanted, cost = affordable(v, wanted, tank_free_j(s) * (2.0 / SPREAD_S))
+    power = tank_free_j(s) * (2.0 / SPREAD_S) if p.pays else math.inf
+    wanted, cost = affordable(v, wanted, power)
     cost_j = cost * (0.5 * p.tick_s)
     return _saved(s._replace(spent_j=s.spent_j + cost_j), -cost_j, p.most_j), wanted
 
@@ -129,7 +130,7 @@ def tank_send(s: Tank, y: Vector, p: FeedbackParams) -> tuple[Tank, Vector]:
     before_j = s.taken_j - s.of_u_j + wave_j(s.y, filter_s)
     needed_j = wave_j(y, p.frame_s)
     allowed_j = max(s.saved_j + before_j + _lacking_j(s), 0.0)
-    if needed_j > allowed_j:
+    if p.pays and needed_j > allowed_j:
         sent = scaled(y, math.sqrt(min(allowed_j / needed_j, 1.0)))
         needed_j = allowed_j
     s = _saved(s, before_j - wave_j(y, filter_s) - needed_j, p.most_j)

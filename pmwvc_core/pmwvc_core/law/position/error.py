@@ -76,6 +76,7 @@ class FeedbackParams(NamedTuple):
     adapts: bool
     lent_j: float
     most_j: float
+    pays: bool  # for what it does; not as published
 
 
 def error_sent(

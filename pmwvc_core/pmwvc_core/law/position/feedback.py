@@ -49,15 +49,8 @@ position_up = Family("position_up", same)  # (s, u, f, xd, p) -> s: the wave of 
 position_send = Family("position_send", passed)  # (s, wave, number, frame_s, p) -> (s, wave)
 
 
-class Published(NamedTuple):
-    """Feedback without regard to energy; what it spent [J]."""
-
-    error: PositionError
-    spent_j: float
-
-
 class Budgeted(NamedTuple):
-    """Feedback paid out of a tank."""
+    """Feedback paid out of a tank, which pays whatever is asked as published."""
 
     error: PositionError
     tank: Tank
@@ -70,26 +63,9 @@ def _error(
     return error_tick(s, x, s.x, v, plus(s.wave, scaled(s.v, p.hold_s)), p)
 
 
-@position_in.member(Published)
-def _published_packet(s: Published, packet: Packet, there: bool, p: FeedbackParams) -> Published:
-    return s._replace(error=error_packet(s.error, packet, there, p))
-
-
 @position_in.member(Budgeted)
 def _budgeted_packet(s: Budgeted, packet: Packet, there: bool, p: FeedbackParams) -> Budgeted:
     return Budgeted(error_packet(s.error, packet, there, p), tank_packet(s.tank, packet, p))
-
-
-@position_down.member(Published)
-def _published_down(
-    s: Published, v: Vector, x: Vector, free_j: float, waiting: Vector, p: FeedbackParams
-) -> tuple[Published, Vector]:
-    error, e = _error(s.error, v, x, p)
-    if not error.there:
-        return s._replace(error=error), v
-    changed = plus(v, asked(error, e, p))
-    more = squared(changed) - squared(v)
-    return Published(error, s.spent_j + more * (0.5 * p.tick_s)), changed
 
 
 @position_down.member(Budgeted)
@@ -169,25 +145,24 @@ def _strict_down(
     return OnStrict(error, at, wanted, s.share, left_s, s.integral, spent_j), plus(v, wanted)
 
 
-@position_up.member(Published, OnStrict)
-def _wave_taken(s: Any, u: Vector, f: Vector, xd: Vector, p: FeedbackParams) -> Any:
-    """Note the wave that goes on; the node or nobody pays for it."""
+@position_up.member(OnStrict)
+def _strict_up(s: OnStrict, u: Vector, f: Vector, xd: Vector, p: FeedbackParams) -> OnStrict:
     return s._replace(error=error_taken(s.error, u, p.tick_s))
 
 
-@position_send.member(Published, OnStrict)
-def _wave_sent(
-    s: Any, wave: Vector, number: int, frame_s: float, p: FeedbackParams
-) -> tuple[Any, Vector]:
+@position_send.member(OnStrict)
+def _strict_send(
+    s: OnStrict, wave: Vector, number: int, frame_s: float, p: FeedbackParams
+) -> tuple[OnStrict, Vector]:
     return s._replace(error=error_sent(s.error, wave, wave, number, frame_s)), wave
 
 
-@accounts.member(Published, OnStrict)
-def _spent(s: Any, p: FeedbackParams) -> Vector:
+@accounts.member(OnStrict)
+def _spent(s: OnStrict, p: FeedbackParams) -> Vector:
     return (s.spent_j,)
 
 
-@opened.member(Published, Budgeted, OnStrict)
+@opened.member(Budgeted, OnStrict)
 def _opened(s: Any) -> Any:
     """Return the feedback before the first packet, its list made here."""
     return s._replace(error=s.error._replace(posted=[Posted(0, s.error.sent, 0.0)]))

@@ -22,7 +22,13 @@ holds the hand on the strict channel (:mod:`.brakes`). Equations: docs/theory.md
 
 from typing import NamedTuple
 
-from pmwvc_core.law.safety.brakes import HandBrake, brake_limit, hand_braked, loose_brake
+from pmwvc_core.law.safety.brakes import (
+    LARGEST,
+    HandBrake,
+    brake_limit,
+    hand_braked,
+    loose_brake,
+)
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
@@ -42,9 +48,7 @@ LOST_S = 1.0
 NONE, WAITING, SOFT_START, SILENT, RELEASED, TOO_FAST, NOT_FINITE, RUNAWAY = range(8)
 OUTSIDE, DEVICE_SILENT, DEVICE_LOST, UNRECEIVED, LATE = range(8, 13)
 FADE_S, LET_GO_S = 0.02, 0.5
-State = tuple[bool, bool, bool, bool, bool, float, bool, float]
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
-LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 
 
 class Part(NamedTuple):
@@ -136,8 +140,8 @@ def limits(
     change = -p.tick_s / LET_GO_S if released else p.tick_s / rise_s
     fades = recovers and not (quiet and p.brakes)
     left = max(s.left - p.tick_s / FADE_S, 0.0) if force and not fast else 0.0
-    state = interrupted, active, force, silent, outside, change, fades, left
-    given = each(_part, (s.parts, p.groups), s, f, minus(x, before), xd, state, p)
+    now = Situation(interrupted, active, force, silent, outside, fades, change, left)
+    given = each(_part, (s.parts, p.groups), s, f, minus(x, before), xd, now, p)
     parts, forces, longer, rising, held = columns(given)
     for i in range(len(forces)):
         f = plus(f, forces[i]) if i > 0 else forces[i]
@@ -161,33 +165,46 @@ def limits(
     return s, f
 
 
+class Situation(NamedTuple):
+    """What a tick finds, for all parts alike."""
+
+    waits: bool  # no waves come
+    active: bool  # server and device are there
+    force: bool  # there may be one
+    silent: bool  # the server is
+    outside: bool  # the device is beyond its workspace
+    fades: bool  # a force that comes back begins with what is left of what pushes
+    change: float  # of what is let through
+    left: float  # what is let through of the force before
+
+
 def _part(
     s: Part, group: tuple[Vector, float], of_all: Limits, f: Vector, moved: Vector, xd: Vector,
-    state: State, p: LimitsParams,
+    now: Situation, p: LimitsParams,
 ) -> tuple[Part, Vector, bool, bool, bool]:  # fmt: skip
     """Return force or torque; whether it, or its step, was too large, whether it rises, and is
     braked. When too fast, what pushes goes at once. With a brake, which holds the hand meanwhile,
     a force comes back whole from a silence.
     """
-    (waits, active, force, silent, outside, change, fades, left), (axes, share) = state, group
+    axes, share = group
     f, xd, last = times(f, axes), times(xd, axes), times(of_all.f, axes)
     speed, most, slew = dot(xd, xd), p.max_force * share, p.slew * share
-    fast = active and speed > p.damper_velocity**2
-    beyond, push, brake = fast or outside, 1.0, s.brake
-    gain = s.gain * s.push if fades else s.gain
-    gain = min(max(gain + change, 0.0), 1.0) if force else 0.0
-    if silent or beyond:
+    fast = now.active and speed > p.damper_velocity**2
+    beyond, push, brake = fast or now.outside, 1.0, s.brake
+    gain = s.gain * s.push if now.fades else s.gain
+    gain = min(max(gain + now.change, 0.0), 1.0) if now.force else 0.0
+    if now.silent or beyond:
         push = 0.0 if fast else max(s.push - p.tick_s / FADE_S, 0.0)
-    if beyond or (silent and not p.brakes):  # what opposes the motion, and what is left
+    if beyond or (now.silent and not p.brakes):  # what opposes the motion, and what is left
         power = dot(f, xd)
         kept = scaled(xd, power / speed) if power > 0.0 and speed > 0.0 else zero(f)
         f = plus(kept, scaled(minus(f, kept), push))
     if p.brakes:
         way, k = times(moved, axes), p.brake_stiffness
-        brake, more = hand_braked(brake, waits, way, last, f, p.tick_s, k)
+        brake, more = hand_braked(brake, now.waits, way, last, f, p.tick_s, k)
         f = f if beyond else plus(f, more)
-    f = scaled(f, gain * (1.0 - left))
-    f = plus(f, scaled(times(of_all.before, axes), left))
+    f = scaled(f, gain * (1.0 - now.left))
+    f = plus(f, scaled(times(of_all.before, axes), now.left))
     applied, longer = shortened(f, most), dot(f, f) > most**2
     step = minus(applied, last)
     if dot(step, step) > slew**2:

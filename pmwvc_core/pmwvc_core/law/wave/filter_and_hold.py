@@ -11,9 +11,9 @@ output is already ``rest + gain u``::
 
 A packet carries the filter's output at a frame start::
 
-    none                the wave of the last tick
+    none                the wave of the last tick: a section that changes nothing
     first_order         y+ = p y + (1 - p) u: the output after a tick already holds that tick
-    butterworth         second-order sections
+    butterworth         as many sections as it needs
     integrate_and_dump  the mean over the frame, M ticks or more; lost ones count
 
 The hold::
@@ -82,12 +82,6 @@ def _section(s: Delays, u: float, p: Section) -> tuple[Delays, float]:
     return (p.b1 * u - p.a1 * y + s[1], p.b2 * u - p.a2 * y), y
 
 
-class FirstOrder(NamedTuple):
-    """The output; that of no filter, with its pole at zero, is the wave of the last tick."""
-
-    y: Vector
-
-
 class Mean(NamedTuple):
     """The sum of a frame so far, and of how many ticks."""
 
@@ -95,8 +89,8 @@ class Mean(NamedTuple):
     ticks: int
 
 
-class Butterworth(NamedTuple):
-    """The output, and the delays of every axis."""
+class Sectioned(NamedTuple):
+    """The output of second-order sections, and their delays along every axis."""
 
     y: Vector
     delays: tuple[Cascade, ...]
@@ -106,21 +100,15 @@ filter_step = Family("filter_step")  # (s, u, p) -> (s, y): the wave of a tick [
 filter_sample = Family("filter_sample")  # (s, p) -> (s, y): what a packet carries
 
 
-@filter_sample.member(FirstOrder, Butterworth)
-def _latest(s: Any, p: Any) -> tuple[Any, Vector]:
+@filter_sample.member(Sectioned)
+def _latest(s: Sectioned, p: Sections) -> tuple[Sectioned, Vector]:
     return s, s.y
 
 
-@filter_step.member(FirstOrder)
-def _first_order(s: FirstOrder, u: Vector, pole: float) -> tuple[FirstOrder, Vector]:
-    y = plus(scaled(u, 1.0 - pole), scaled(s.y, pole))
-    return FirstOrder(y), y
-
-
-@filter_step.member(Butterworth)
-def _butterworth(s: Butterworth, u: Vector, p: Sections) -> tuple[Butterworth, Vector]:
+@filter_step.member(Sectioned)
+def _sectioned(s: Sectioned, u: Vector, p: Sections) -> tuple[Sectioned, Vector]:
     delays, y = columns(each(cascade, (s.delays, u), p))
-    return Butterworth(y, delays), y
+    return Sectioned(y, delays), y
 
 
 @filter_step.member(Mean)

@@ -57,26 +57,26 @@ def _jitter_amount(params: LinkParams) -> str:
     if DISTRIBUTIONS[params.jitter].sized:
         rho = params.jitter_correlation
         related = f", correlation {rho:g}" if rho else ""
-        return f"jitter ({params.jitter}, {params.jitter_s * 1e3:g} ms{related})"
+        return f"{params.jitter} jitter ({params.jitter_s * 1e3:g} ms{related})"
     moments = _moments(params)
     if moments is None:
-        return f"jitter ({params.jitter})"
+        return f"{params.jitter} jitter"
     mean_ms, deviation_ms = (1e3 * each for each in moments)
-    return f"jitter ({params.jitter}: mean {mean_ms:.3g} ms, deviation {deviation_ms:.3g} ms)"
+    return f"{params.jitter} jitter (mean {mean_ms:.3g} ms, deviation {deviation_ms:.3g} ms)"
 
 
 def _recorded_amount(params: LinkParams) -> str:
-    text, trace = f"the delays of {params.trace_file}", _known(recording_of, params)
-    if trace is None:
-        return text
-    mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.delays_s[-1]
-    lost = f", {trace.lost_ratio:.3g} of the packets lost" if trace.lost_ratio else ""
-    return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most{lost}"
+    trace, text = _known(recording_of, params), params.trace_file
+    if trace is not None:
+        mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.delays_s[-1]
+        text += f": {mean_ms:.3g} ms on the mean, at most {longest_ms:.3g}"
+        text += f", {100.0 * trace.lost_ratio:.3g} % lost" if trace.lost_ratio else ""
+    return f"recorded delays ({text})"
 
 
 # Left out by the linear model, without a delay.
 _undelayed = partial(LinkEffect, linear="delay", spread_s=lambda p: 0.0)
-_jitter = partial(LinkEffect, linear="delay", spreads=True, label=lambda p: f"{p.jitter} jitter")
+_jitter = partial(LinkEffect, linear="delay", spreads=True)
 
 
 def _drawn(name: str, law: Distribution) -> LinkEffect:
@@ -112,14 +112,12 @@ LIBRARY = (
     _undelayed(
         name="loss",
         active=lambda p: p.loss > 0.0,
-        amount=lambda p: f"loss of {p.loss:.3g} of the packets",
-        label=lambda p: f"loss {p.loss * 100.0:.4g} %",
+        amount=lambda p: f"loss of {p.loss * 100.0:.3g} %",
     ),
     _undelayed(
         name="gilbert_elliott",
         active=lambda p: p.ge_p > 0.0 or p.ge_good > 0.0,
-        amount=lambda p: f"loss of {gilbert_loss(p):.3g} of the packets, in bursts",
-        label=lambda p: f"bursts of loss {gilbert_loss(p) * 100.0:.4g} %",
+        amount=lambda p: f"bursts of loss of {gilbert_loss(p) * 100.0:.3g} %",
     ),
     LinkEffect(  # at hand-overs the delay steps and packets are lost
         name="handover",
@@ -129,28 +127,25 @@ LIBRARY = (
         spread_s=lambda p: float(p.handover_step_s),
         amount=lambda p: (
             f"a hand-over every {p.handover_s:g} s (+-{p.handover_step_s * 1e3:g} ms; about "
-            f"{_handover_loss(p):.2g} of the packets lost)"
+            f"{_handover_loss(p) * 100.0:.2g} % of the packets lost)"
         ),
-        label=lambda p: f"hand-over every {p.handover_s:.4g} s",
         conflict=partial(_not_above, "handover_outage_min_s", "handover_outage_max_s"),
     ),
     _undelayed(
         name="duplication",
         active=lambda p: p.duplicate > 0.0,
-        amount=lambda p: f"duplication of {p.duplicate:.3g} of the packets",
+        amount=lambda p: f"duplication of {p.duplicate * 100.0:.3g} %",
     ),
     _undelayed(
         name="corruption",
         active=lambda p: p.corrupt > 0.0,
-        amount=lambda p: f"corruption of {p.corrupt:.3g} of the packets",
-        label=lambda p: f"corrupt {p.corrupt * 100.0:.4g} %",
+        amount=lambda p: f"corruption of {p.corrupt * 100.0:.3g} %",
     ),
     _undelayed(  # some packets are sent at once and overtake others
         name="reordering",
         active=lambda p: p.reorder > 0.0,
         spreads=True,
-        amount=lambda p: f"reordering of {p.reorder:.3g} of the packets",
-        label=lambda p: f"reorder {p.reorder * 100.0:.4g} %",
+        amount=lambda p: f"reordering of {p.reorder * 100.0:.3g} %",
         conflict=lambda p: (
             f"reorder = {p.reorder:g}: nothing is reordered unless keep_order is false"
             if p.keep_order
@@ -162,13 +157,11 @@ LIBRARY = (
         switch=("rate_limit_bps", 0),
         active=lambda p: p.rate_limit_bps > 0.0,
         random=False,
-        amount=lambda p: f"rate limit of {p.rate_limit_bps:g} bit/s",
-        label=lambda p: f"{p.rate_limit_bps / 1e3:.4g} kbit/s",
+        amount=lambda p: f"rate limit of {p.rate_limit_bps / 1e3:.4g} kbit/s",
     ),
     _undelayed(
         name="delay",
         random=False,
-        label=lambda p: f"{p.delay_s * 1e3:.4g} ms",
         mean_s=lambda p: float(p.delay_s),
     ),
     LinkEffect(
@@ -176,8 +169,7 @@ LIBRARY = (
         linear="delay",
         active=lambda p: bool(p.schedule.strip()),
         spreads=True,
-        amount=lambda p: f"a timeline ({p.schedule})",
-        label=lambda p: "timeline",
+        amount=lambda p: f"timeline ({p.schedule})",
         conflict=lambda p: refusal(timeline_of, p.schedule),
         check=lambda p: timeline_of(p.schedule),
     ),
@@ -190,7 +182,6 @@ LIBRARY = (
         spread_s=lambda p: float(p.slot_max_s),
         mean_s=_slot_wait_s,
         amount=lambda p: f"slots {p.slot_min_s * 1e3:g} to {p.slot_max_s * 1e3:g} ms apart",
-        label=lambda p: f"slots to {p.slot_max_s * 1e3:.4g} ms",
         conflict=partial(_not_above, "slot_min_s", "slot_max_s"),
     ),
     ORDER,

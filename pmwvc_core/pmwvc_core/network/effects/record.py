@@ -5,7 +5,6 @@ where a hook fails, the packet passes without the effect.
 """
 
 import math
-import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -33,22 +32,6 @@ class Effect:
 
     def loses(self, fate: Fate) -> Cause | bool:
         """Tell whether a packet is lost on entry; a cause where it is not chance."""
-        return False
-
-    def copies(self, fate: Fate) -> int:
-        """Return how many extra copies of a packet travel."""
-        return 0
-
-    def departs_ns(self, fate: Fate, ready_ns: int) -> int | None:
-        """Return when a packet or copy that is ready leaves; None: it is dropped."""
-        return ready_ns
-
-    def corrupts(self, fate: Fate) -> float | None:
-        """Return where a packet or copy is corrupted, in [0, 1); None: nowhere."""
-        return None
-
-    def at_once(self, fate: Fate) -> bool:
-        """Tell whether a packet or copy goes without delay."""
         return False
 
     def delay_s(self, fate: Fate) -> float:
@@ -80,13 +63,16 @@ class LinkEffect(Record):
     spread_s: Callable[[LinkParams], float | None] = lambda params: None
     # what it adds to the delay on the mean [s]
     mean_s: Callable[[LinkParams], float] = lambda params: 0.0
-    # it and its amount, for sentences and for the drawing of the loop; empty: not mentioned
+    # it and its amount; what stands in brackets is left out of figures; empty: not mentioned
     amount: Callable[[LinkParams], str] = lambda params: ""
-    label: Callable[[LinkParams], str] = lambda params: ""
     # what is wrong between settings that are each right; empty where nothing is
     conflict: Callable[[LinkParams], str] = lambda params: ""
     # raises where settings cannot be used, a file for example
     check: Callable[[LinkParams], object] = lambda params: None
+
+    def brief(self, params: LinkParams) -> str:
+        """Return the amount for a figure."""
+        return self.amount(params).partition(" (")[0]
 
 
 def _finite(value: Any) -> float:
@@ -96,26 +82,9 @@ def _finite(value: Any) -> float:
     return seconds
 
 
-def _fraction(value: Any) -> float | None:
-    if value is None:
-        return None
-    fraction = _finite(value)
-    if not 0.0 <= fraction < 1.0:
-        raise ValueError(f"a flip at {fraction} of the packet")
-    return fraction
-
-
 FAILED = object()
 # What makes an answer of each hook valid, or raises.
-HOOKS: Mapping[str, Callable[[Any], Any]] = {
-    "loses": bool,
-    "copies": lambda value: max(0, operator.index(value)),
-    "corrupts": _fraction,
-    "at_once": bool,
-    "departs_ns": lambda value: None if value is None else int(value),
-    "delay_s": _finite,
-    "arrives_ns": int,
-}
+HOOKS: Mapping[str, Callable[[Any], Any]] = {"loses": bool, "delay_s": _finite, "arrives_ns": int}
 
 
 def contained(effect: Effect, name: str, hook: str, faults: Faults) -> Callable[..., Any]:
