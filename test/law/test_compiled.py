@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Laws compiled give the numbers of their source: environments, ends without waves, plants, and
-what energy covers. Whole compiled sessions: ``oracle/test_bulk_sessions.py``.
+what energy covers. A whole compiled session, of the strict channel and the implicit coupling:
+``oracle/test_bulk_sessions.py``.
 """
 
 import math
@@ -10,20 +11,19 @@ import numpy as np
 import pytest
 from support.laws import assert_same, in_bulk
 
+from pmwvc_core.law.black_box.compensations import Pair, compensated
+from pmwvc_core.law.black_box.touched import exchange, visited
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.packet import Packet
-from pmwvc_core.law.family import opened
 from pmwvc_core.law.port.master import (
     port_answer,
-    port_energies,
     port_measure,
     port_passed,
     port_send,
-    port_signals,
     port_tick,
 )
 from pmwvc_core.law.server.server_port import Came, environment_step, joined, left
-from pmwvc_core.law.vectors import each
+from pmwvc_core.law.vectors import dot, each, plus
 from pmwvc_core.law.wave.wave import affordable, repayment
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import made_user
@@ -39,23 +39,16 @@ H, TICK_S, STEPS = 0.008, 0.001, 120
 MATRIX = {"channel": "strict", "dof": 2, "master": {"impedance_matrix": "30 6; 6 20"}}
 # Of one user, which is compiled in a third of the time; without waves there are two.
 ENVIRONMENTS = {
-    "implicit": {"channel": "strict", "server": {"coupling": "implicit"}},
     "coupled axes, unwrapped": MATRIX | {"server": {"coupling": "unwrapped"}},
-    **{
-        f"{environment}, {compensation}": {
-            "channel": "strict",
-            "server": {"coupling": "unknown", "environment": environment, "decoding": decoding}
-            | {"compensation": compensation},
-        }
-        for environment, compensation, decoding in (
-            ("cube", "ledger", "secant"),
-            ("active_wall", "printed", "secant"),
-            ("wall_with_slope", "corrected", "late"),
-            ("hunt_crossley", "none", "late"),
-        )
-    },
+    "a cube as a black box": {"server": {"coupling": "unknown", "environment": "cube"}},
 }
-WITHOUT_WAVES = ("virtual_coupling", "tdpa", "pspm")  # direct: oracle/test_bulk_sessions.py
+# Of all other black boxes what differs from that one.
+BOXES = (
+    ("active_wall", "printed"),
+    ("wall_with_slope", "corrected"),
+    ("hunt_crossley", "none"),
+)
+WITHOUT_WAVES = (("virtual_coupling", 1), ("tdpa", 2), ("pspm", 1))
 
 
 def scenario_of(**given):
@@ -92,7 +85,7 @@ place.__module__ = wave_of.__module__ = component.__module__ = "pmwvc_core.law.d
 
 @pytest.mark.parametrize("given", ENVIRONMENTS.values(), ids=ENVIRONMENTS)
 def test_environments(given):
-    compare_environments(scenario_of(controller="pmwvc", **given))
+    compare_environments(scenario_of(controller="pmwvc", **{"channel": "strict"} | given))
 
 
 def compare_environments(scenario):
@@ -107,6 +100,45 @@ def compare_environments(scenario):
     assert_same(in_bulk(pushed_environment)(*start), wanted)
 
 
+def played_box(p, box, avatars, axes):
+    """Swing one avatar into an environment and out; return what it leaves, and sums of forces and
+    of the waves sent.
+    """
+    environment, compensation = box.environment, box.compensation
+    forces, waves = each(swung, (axes,), 0), each(swung, (axes,), 0)
+    for n in range(STEPS):
+        start, velocity = each(swung, (axes,), n), each(swinging, (axes,), n)
+        environment = visited(environment, (n < 100,), (n == 0,), (start,))
+        environment, reply = exchange(environment, avatars, (start,), (velocity,), p)
+        wave = Pair(velocity, reply.forces[0], -dot(reply.forces[0], velocity))
+        compensation, sent = compensated(compensation, (wave,), reply.stored_j, p.compensation)
+        forces, waves = plus(forces, reply.forces[0]), plus(waves, sent[0])
+    return environment, compensation, forces, waves
+
+
+def swung(axis, n):
+    return -0.04 + 0.03 * math.sin(0.1 * n)
+
+
+def swinging(axis, n):
+    return 0.3 * math.cos(0.1 * n)
+
+
+swung.__module__ = swinging.__module__ = component.__module__
+
+
+@pytest.mark.parametrize(("environment", "compensation"), BOXES)
+def test_environments_and_compensations_of_black_boxes(environment, compensation):
+    given = {"environment": environment, "compensation": compensation, "decoding": "late"}
+    scenario = scenario_of(controller="pmwvc", server={"coupling": "unknown"} | given)
+    p = server_params(scenario.users, scenario, scenario.server)
+    rest = resting_server(scenario.users, scenario, p).environment
+    start = p.environment, rest.body, (rest.ports[0].avatar,), (0,)
+    wanted = played_box(*start)
+    assert abs(wanted[2][0]) > 1.0 and abs(wanted[3][0]) > 1.0
+    assert_same(in_bulk(played_box)(*start), wanted)
+
+
 def frame(s, arrivals, packet, x, xd, silent, p, rules):
     """Run a frame of a device's end in one tick."""
     arrivals = arrive(arrivals, packet, packet.sent_ns, rules)
@@ -117,59 +149,27 @@ def frame(s, arrivals, packet, x, xd, silent, p, rules):
     return port_passed(s, f, p), arrivals, sent, f
 
 
-@pytest.mark.parametrize("controller", WITHOUT_WAVES)
-def test_both_ends_without_waves(controller):
-    scenario = scenario_of(controller=controller, dof=2, users=2)
+@pytest.mark.parametrize(("controller", "axes"), WITHOUT_WAVES)
+def test_both_ends_without_waves(controller, axes):
+    scenario = scenario_of(controller=controller, dof=axes, users=2)
     compare_environments(scenario)
     loop, p = made_user(scenario.users[0], scenario)
     s, arrivals, bulk = loop.port, loop.arrivals, in_bulk(frame)
-    rng, energy_j, x = np.random.default_rng(2), 0.0, np.array((-0.06, 0.0))
+    rng, energy_j, x = np.random.default_rng(2), 0.0, np.array((-0.06, 0.0)[:axes])
     for n in range(100):
         energy_j += 1e-4 * float(rng.random())
-        xd = rng.normal(size=2) * 0.3 + (0.3 * np.sin(0.05 * n), 0.0)
+        xd = rng.normal(size=axes) * 0.3 + (0.3 * np.sin(0.05 * n), 0.0)[:axes]
         x = x + H * xd
-        wave, motion = (tuple((x + rng.normal(size=2) * 0.01).tolist())), (x, xd)
+        wave, motion = (tuple((x + rng.normal(size=axes) * 0.01).tolist())), (x, xd)
         flags, fresh = (False, False, False, False), n in (0, 60)
         packet = Packet(
-            n + 1, n, H, wave, (0.0, 0.0), energy_j, wave, *flags, 0, (), 0, fresh, 0, 0
+            n + 1, n, H, wave, (0.0,) * axes, energy_j, wave, *flags, 0, (), 0, fresh, 0, 0
         )
         at, silent = (tuple(each.tolist()) for each in motion), bool(rng.random() < 0.1)
         given = (s, arrivals, packet, *at, silent, p.port, p.arrivals)
         after = frame(*given)
         assert_same(bulk(*given), after, str(n))
         s, arrivals = after[:2]
-
-
-def strict_course(s, arrivals, p, rules):
-    """Run a device's end on the strict channel; every ninth packet is lost."""
-    s, arrivals, f = opened(s), opened(arrivals), (0.0,)
-    integral, energy_j, lost = 0.0, 0.0, 0
-    for n in range(150):
-        x, xd = (0.01 * math.sin(0.05 * n),), (0.0625 * math.cos(0.05 * n),)
-        s = port_measure(s, x, xd, p)
-        s, arrivals, _ = port_send(s, arrivals, H, n + 1, 0.0, p)
-        wave = 0.5 * math.sin(0.11 * n)
-        integral, energy_j, lost = integral + wave * H, energy_j + 0.5 * wave**2 * H, lost + 1
-        if n % 9 != 4:
-            packet = Packet(
-                n + 1, n, H, (wave,), (integral,), energy_j, x, False, False, False, False, 0, (),
-                0, n == 0, lost - 1, 0,
-            )  # fmt: skip
-            arrivals, lost = arrive(arrivals, packet, n, rules), 0
-            s = port_answer(s, arrivals, packet, packet.wave, False, H, p)
-        for _ in range(8):
-            s, arrivals, f = port_tick(s, arrivals, x, xd, p)
-            s = port_passed(s, f, p)
-    return port_signals(s), port_energies(s, arrivals, p), f
-
-
-def test_the_strict_channel_with_its_playout():
-    scenario = scenario_of(controller="pmwvc", channel="strict")
-    loop, p = made_user(scenario.users[0], scenario)
-    given = loop.port, loop.arrivals, p.port, p.arrivals
-    wanted = strict_course(*given)
-    assert abs(wanted[2][0]) > 0.1  # [N]
-    assert_same(in_bulk(strict_course)(*given), wanted)
 
 
 def covered(wave, change, power):

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from support import golden
@@ -55,16 +56,18 @@ def nothing_kept(monkeypatch, tmp_path):
 def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
     nothing_kept, monkeypatch, caplog
 ):
-    monkeypatch.setattr(bulk, "COMPILING_S", 0.2)
-    monkeypatch.setattr(bulk, "LOADING_S", 0.1)
-    mapping = yaml.safe_load((CONFIG / "wall.yaml").read_text("utf-8"))
-    mapping |= {"controller": "direct", "duration_s": 4.0}  # which has the fewest laws
+    monkeypatch.setattr(bulk, "COMPILING_S", 0.1)
+    monkeypatch.setattr(bulk, "LOADING_S", 0.05)
+    mapping = yaml.safe_load((CONFIG / "carry_16ms.yaml").read_text("utf-8"))
+    mapping |= {"channel": "strict", "users": 1, "duration_s": 2.0}
+    mapping["task"] |= {"grip_s": 0.05, "grip_rise_s": 0.3, "move_s": 0.5}
     many = [parse_scenario(mapping | {"server.contact_damping": b}) for b in (5.0, 10.0)]
     few = [parse_scenario(mapping | {"controller": "virtual_coupling"})]
     found = simulate([*many, *few])
     for scenario, traces in zip([*many, *few], found, strict=True):
         was = golden.record_of(simulate_one(scenario))
         assert golden.differences(was, golden.record_of(traces), 1e-10) == []
+        assert np.abs(traces.users[0].f_applied).max() > 0.5
     (said,) = caplog.messages  # not of the plain one: it takes less than compiling
     assert "compiling" in said
     assert bulk.loops_of(many)[0] is not None and bulk.loops_of(few) == [None]

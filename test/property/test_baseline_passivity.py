@@ -60,7 +60,7 @@ def least(link, frames=125, *, hz=10.0, amplitude=0.01):
     return min(found), found[-1]
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(seeds, networks, stiffnesses, st.floats(0.0, 1.0), st.one_of(st.none(), st.just(1.0)))
 def test_observers_never_give_out_more_than_they_took_in(seed, network, stiffness, drift, most):
     """What safety takes away is not counted as given."""
@@ -72,7 +72,7 @@ def test_observers_never_give_out_more_than_they_took_in(seed, network, stiffnes
         assert there.observer.out_j <= here.observer.in_j + ROUNDING_J
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(seeds, networks, st.floats(5.0, 500.0))
 def test_a_limited_damper_falls_short_by_what_the_limit_leaves(seed, network, most):
     """In a tick F xd h - a xd^2 h is at most F^2 h/(4 a)."""
@@ -127,7 +127,7 @@ def test_work_is_that_of_the_force_held_over_its_own_way(seed, step_m):
     assert abs(booked - early) > 1e-6
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(seeds, networks, stiffnesses, st.floats(100.0, 3000.0), st.floats(0.0, 0.05), st.booleans())
 def test_no_tank_gives_out_more_than_it_had_took_in_and_received(
     seed, network, contact, stiffness, initial, changed

@@ -76,7 +76,7 @@ any_seed = st.integers(0, 2**32 - 1)
 memories = st.sampled_from([0.0, 0.9, 0.99])
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @example(  # comes in inside a soft body
     environment="hunt_crossley",
     paying=("corrected", "late"),

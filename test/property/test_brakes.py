@@ -73,7 +73,7 @@ def course(motion, run, ticks=800):
     )
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(motion=motions)
 def test_the_brake_of_a_device_gives_back_no_more_than_the_hand_put_in(motion):
     nothing = (0.0,) * motion["dof"]
@@ -103,7 +103,7 @@ def test_a_brake_holds_what_was_felt_and_nothing_in_free_motion():
         assert max(np.abs(np.diff([0.0, *forces]))) <= K * 1e-4 + 1e-12
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10_000), dof=st.integers(1, 6), runs=st.sampled_from((1, 3)))
 def test_the_brake_of_an_avatar_turns_into_heat_what_its_port_loses(seed, dof, runs):
     rng, b = np.random.default_rng(seed), impedance(B)

@@ -79,7 +79,7 @@ def note_joins(step):
     return found
 
 
-@settings(max_examples=9)  # each a session
+@settings(max_examples=6)  # each a session
 @given(found=changes, network=networks, weber=st.booleans())
 def test_no_energy_and_no_displacement_comes_or_goes_when_rates_change(found, network, weber):
     batch, traces, scenario, joined = ran([*network, *(WEBER if weber else ())], found)
@@ -131,7 +131,7 @@ smooth = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(of=smooth)
 def test_a_deadband_costs_neither_energy_nor_displacement(of):
     rng, dof = np.random.default_rng(of["seed"]), of["dof"]

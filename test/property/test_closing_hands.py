@@ -21,7 +21,7 @@ def instabilities(traces, scenario):
     return {round(s, 1): verdict(until(traces, s), scenario).instability for s in ends_s}
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(
     rise_s=st.floats(0.3, 2.0),
     squeeze_n=st.floats(0.3, 2.5),

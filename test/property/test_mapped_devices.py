@@ -8,7 +8,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.session_given import session_given
@@ -98,6 +98,7 @@ runs = given(
 )  # fmt: skip
 
 
+@settings(max_examples=30)
 @runs
 def test_energy_position_and_force_at_any_presses(seed, dof, scale, times, axes):
     rng = np.random.default_rng(seed)
@@ -119,6 +120,7 @@ def test_energy_position_and_force_at_any_presses(seed, dof, scale, times, axes)
     assert changes.max() <= SLEW_N_S * TICK_S * (1.0 + 1e-9)
 
 
+@settings(max_examples=20)
 @runs
 def test_an_uncoupled_hand_moves_nothing_and_feels_nothing(seed, dof, scale, times, axes):
     rng = np.random.default_rng(seed)

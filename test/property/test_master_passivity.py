@@ -97,7 +97,7 @@ CHANGES = {
 
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("port", PORTS)
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(st.data(), numbers_of_axes, seeds, st.floats(0.01, 30.0))
 def test_whatever_is_made_of_its_force_is_paid_for(port, change, data, axes, seed, force):
     """At every tick: emitted <= received, but for what the force itself gave away (the debt). A
@@ -130,7 +130,7 @@ def test_control_without_shortening_a_smaller_force_creates_energy():
     assert account.unpaid < -0.04  # half of b xd^2 over 0.1 s
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(
     impedances,
     numbers_of_axes,
@@ -179,7 +179,7 @@ def test_a_debt_is_kept_back_from_later_waves():
     assert account.port.u_m == np.sqrt(50.0) * 0.1
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(impedances, seeds, limits, st.sampled_from(["zoh", "foh"]))
 def test_packets_carry_no_more_than_packets_and_hand_brought(impedance, seed, params, hold):
     """From packet to packet, with integrate-and-dump, at every frame end."""

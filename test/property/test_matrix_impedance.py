@@ -43,7 +43,7 @@ def play(server, starts, waves):
     return np.array(rows)
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     dof=st.integers(2, 6),
     data=st.data(),

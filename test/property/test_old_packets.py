@@ -47,17 +47,17 @@ def test_a_receiver_that_believes_old_packets_counts_them_again():
 PATHS = {
     "a slow path, then none": (
         "link.up.keep_order=false",
-        "user1.link.up.schedule=5 delay_s=2.2; 5.3 base; 7.2 outage; 7.6 base",
+        "user1.link.up.schedule=2 delay_s=2.2; 2.3 base; 4.2 outage; 4.6 base",
     ),
     "a slow path that a fast one overtakes, which fails": (
         "link.keep_order=false",
-        "link.schedule=5 delay_s=0.4; 8 base; 8.06 outage; 8.5 base",
+        "link.schedule=2 delay_s=0.4; 4 base; 4.06 outage; 4.5 base",
     ),
 }
 
 
 def carried(*texts):
-    return files.load("carry_16ms", settings_texts=texts, duration_s=12.0)
+    return files.load("carry_16ms", settings_texts=texts, duration_s=8.0)
 
 
 def check_undisturbed(traces, scenario):
@@ -79,7 +79,7 @@ def test_packets_of_a_slow_path_count_once_in_a_carry(texts):
 
 
 def with_replay(scenario, packets, begin_ns):
-    """Return the session in which the first user's first packets after 4 s are played back, one a
+    """Return the session in which the first user's first packets after 2 s are played back, one a
     step, from an instant on.
     """
     batch = SteppedSession(scenario)
@@ -88,7 +88,7 @@ def with_replay(scenario, packets, begin_ns):
 
     def collected(now_ns):
         arrived = collect(now_ns)
-        heard.extend(p for p in arrived if now_ns > 4 * 10**9)
+        heard.extend(p for p in arrived if now_ns > 2 * 10**9)
         nth = (now_ns - begin_ns) // PERIOD_NS
         return [*arrived, heard[nth]] if 0 <= nth < packets else arrived
 
@@ -98,8 +98,8 @@ def with_replay(scenario, packets, begin_ns):
 
 
 def test_packets_played_back_in_an_outage_move_nobody():
-    scenario = carried("user1.link.up.schedule=7 outage; 7.5 base")
-    traces = with_replay(scenario, 40, 7_100_000_000 // PERIOD_NS * PERIOD_NS)
+    scenario = carried("user1.link.up.schedule=4 outage; 4.5 base")
+    traces = with_replay(scenario, 40, 4_100_000_000 // PERIOD_NS * PERIOD_NS)
     check_undisturbed(traces, scenario)
     for user, other in zip(traces.users, simulated(scenario).users, strict=True):
         np.testing.assert_array_equal(user.f_applied, other.f_applied)

@@ -105,7 +105,7 @@ def excess(hand, moving, params, mass, pushes):
     return made, surplus
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(remotes, masses, streams, seeds, st.integers(300, TICKS))
 def test_no_tick_makes_energy_and_work_never_exceeds_the_effort(params, mass, gaps, seed, last):
     """Once nobody holds any more the handle is free, but for its brake."""
@@ -201,7 +201,7 @@ def test_a_target_that_is_none_or_not_finite_and_silence_let_go(end):
     assert letting_go(held(0, 600), 600)[:, 2].all()  # a target that rests holds
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(streams, st.floats(-4.0, 4.0))
 def test_force_has_no_step_however_targets_jump(gaps, push):
     """The change of force in a tick is bounded by rates and speeds, not by jumps of targets."""

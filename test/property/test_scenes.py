@@ -29,7 +29,7 @@ def potential_j(made):
     return float(data.energy[0])
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 @example(seed=375, users=2, memory=0.9, name="door")  # sub-steps of 2 ms give out 0.8 % and 0.1 %
 @example(seed=376, users=4, memory=0.9, name="door")
 @given(
@@ -62,7 +62,7 @@ def test_a_scene_gives_out_no_energy_but_a_trace(seed, users, memory, name):
     assert min(spare_j) >= 0.0
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(mass=st.floats(0.1, 0.5), mu=st.floats(0.4, 1.2), spare=st.sampled_from([0.7, 1.3, 2.0]))
 def test_a_box_is_held_by_friction_or_drops(tmp_path_factory, mass, mu, spare):
     """Coulomb: two fingers hold up to 2 mu N; what MuJoCo solves softly creeps below 0.1 mm/s at

@@ -57,7 +57,7 @@ def drive(server, rng, *, size, memory, steps):
         yield u, v, server.stored - stored, server.dissipated - lost
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(
     params=server_params,
     contacts=st.lists(contact_params, min_size=1, max_size=8),

@@ -16,7 +16,7 @@ PASSIVE_AT_ANY_STIFFNESS = (
     ("unwrapped", "trapezoid"),
     ("implicit", "backward_euler"),
 )
-ALTERNATING = [(-1.0) ** n for n in range(1500)]  # the reflection is largest at half the rate
+ALTERNATING = [(-1.0) ** n for n in range(800)]  # the reflection is largest at half the rate
 
 
 def balances(scheme, k, damping, waves, b=25.0):
@@ -34,7 +34,7 @@ def drawn(seed):
     return rng.normal(size=200) * np.exp(rng.normal(size=200))
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(
     b=st.floats(5.0, 100.0),
     share=st.floats(0.0, 1.0),
@@ -51,7 +51,7 @@ def test_one_step_delay_is_passive_up_to_k_h_plus_2_b_equal_to_the_impedance_and
     within = balances(scheme, fill * k, fill * damping, waves.tolist(), b)
     assert within.min() >= -1e-12 * np.sum(waves**2)
     beyond = balances(scheme, (1.0 + excess) * k, (1.0 + excess) * damping, ALTERNATING, b)
-    assert beyond[-1] < beyond[750] < 0.0
+    assert beyond[-1] < beyond[400] < 0.0
 
 
 @pytest.mark.parametrize("period", [3, 8, 40])
@@ -62,7 +62,7 @@ def test_with_a_trapezoidal_spring_one_step_delay_is_active_at_every_frequency(p
     assert np.all(np.diff(found[period - 1 :: period][100:]) < 0.0)
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(
     st.sampled_from(PASSIVE_AT_ANY_STIFFNESS),
     st.floats(0.0, 1e5),

@@ -17,8 +17,10 @@ from pmwvc_core.scenario.scenario import PARAMETERS
 CHANGE_S = 0.6  # all are coupled, and nothing has moved
 EXACT_N, CLOCK_N = 1e-9, 2e-3  # where the clock of a playout has to settle: 0.8 s
 BASE = (
-    "task.move_s=1.2",
-    "task.move_rise_s=0.6",
+    "task.grip_s=0.7",
+    "task.grip_rise_s=0.5",
+    "task.move_s=0.8",
+    "task.move_rise_s=0.5",
     "server.impedance=25",  # else that of the master at the start
 )
 PLAIN = ("channel=plain",)
@@ -26,7 +28,7 @@ POLE = (*PLAIN, "master.filter.kind=first_order", "master.filter.pole_rad_s=50")
 FED_BACK = ("master.position.gain=20", "master.position.storage_j=0.005")
 SMALL_TANK = (*POLE, "master.position.gain=100", "master.position.most_j=1e-6")
 MODEL = ("master.bank.kind=complementary",)
-OUTAGE = ("link.schedule=1.4 outage; 1.8 base",)
+OUTAGE = ("link.schedule=1 outage; 1.4 base",)
 SPARSE = ("server.deadband.kind=weber", "master.deadband.kind=weber")
 LATER = ("task.grip_s=2.5", "task.move_s=3", "task.distance_m=0.01")
 MUCH_LATER = ("task.grip_s=4", "task.move_s=5", "task.distance_m=0.01")
@@ -35,7 +37,7 @@ CARRIED = (
     *("safety.damper_velocity", "safety.fault_velocity"),
     *("server.object_mass", "server.object_damping"),
 )
-LASTS_S = {LATER[0]: 4.2, MUCH_LATER[0]: 6.5}
+LASTS_S = {LATER[0]: 3.7, MUCH_LATER[0]: 5.7}
 
 
 class Case(NamedTuple):
@@ -52,7 +54,7 @@ class Case(NamedTuple):
     def forces(self, *settings):
         """Return what is felt from the moment on in which the hands begin."""
         texts = [*BASE, *self.others, *settings]
-        lasts_s = max(LASTS_S.get(each, 2.6) for each in texts)
+        lasts_s = max(LASTS_S.get(each, 1.9) for each in texts)
         users = None if self.name in CARRIED else 1
         texts += () if users is None else ("server.environment=wall",)
         scenario = scenarios.load(
