@@ -76,7 +76,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_089,
+        3_122,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
