@@ -55,6 +55,7 @@ class MujocoScene:
         moving = self.model.body_weldid != 0  # what is welded to the world has 0
         self._place = np.where(moving, np.cumsum(moving) - 1, -1)  # among those that move
         self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
+        self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
         self._whose = np.full(self.model.ngeom, -1)
         for user, held in enumerate(self.held):
             self._whose[list(held.geoms)] = user
@@ -131,7 +132,7 @@ class MujocoScene:
         for user, held in enumerate(self.held):
             if self._there[user] and held.is_finger and user not in touched:
                 rates[user] = drive[user] / impedance[user]
-                self._move_freely(held, before, rates[user] / self._scale, dt)
+                self._move_freely(user, before, rates[user] / self._scale, dt)
         self._mujoco.mj_kinematics(model, data)
         self.poses, self.contacts = self._poses(), self._contacts()
         self._show(dt)
@@ -139,46 +140,51 @@ class MujocoScene:
 
     def _sub_steps(self, drive: Array, impedance: Array, steps: int) -> tuple[Array, set[int]]:
         """Make sub-steps under the ports' forces; return mean velocities, and who touched."""
-        data, turns, dofs = self.data, self._dof == AXES, self._dofs
+        data, dofs = self.data, self._dofs
         absent = dofs[~np.array(self._there)]
         damping, rates = impedance[:, None] * self._scale, np.zeros(drive.shape)
         touched: set[int] = set()
+        v = self._in_world(data.qvel[dofs])
         for _ in range(steps):
-            axes = np.stack([self._axes(held) for held in self.held]) if turns else None
-            v = data.qvel[dofs] if axes is None else np.einsum("uij,uj->ui", axes, data.qvel[dofs])
             push = (drive - damping * v) * self._scale
-            data.qfrc_applied[dofs] = push if axes is None else np.einsum("ui,uij->uj", push, axes)
+            data.qfrc_applied[dofs] = (
+                (push[:, None] @ self._axes)[:, 0] if self._dof == AXES else push
+            )
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
-            v = data.qvel[dofs]
-            rates += v if axes is None else np.einsum("uij,uj->ui", axes, v)
+            v = self._in_world(data.qvel[dofs])
+            rates += v
             touched.update(self._whose[data.contact.geom].ravel().tolist())
         return self._scale / steps * rates, touched
 
-    def _axes(self, held: Grasp) -> Array:
-        """Return a handle's axes of motion in the world, ``(dof, dof)``: a ball turns with it."""
-        axes, turned = np.eye(self._dof), np.empty(9)
-        if self._dof == AXES:
+    def _in_world(self, v: Array) -> Array:
+        """Return velocities along the axes of handles in the world's; a ball turns with its handle
+        (and its own turn in a step leaves its velocity as it is).
+        """
+        if self._dof != AXES:
+            return v
+        turned = np.empty(9)
+        for axes, held in zip(self._axes, self.held, strict=True):
             self._mujoco.mju_quat2Mat(turned, self.data.qpos[held.ball])
             axes[3:, 3:] = turned.reshape(3, 3)
-        return axes
+        return np.asarray((self._axes @ v[:, :, None])[:, :, 0])
 
-    def _move_freely(self, held: Grasp, before: Array, v: Array, dt: float) -> None:
+    def _move_freely(self, user: int, before: Array, v: Array, dt: float) -> None:
         """Move a finger as its port alone does, from the coordinates of before."""
-        data = self.data
+        data, held = self.data, self.held[user]
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
         if self._dof == AXES:
             was = np.roll(before[held.ball], -1).tolist()
             data.qpos[held.ball] = np.roll(carried(was, (dt * v[3:]).tolist()), 1)
-        data.qvel[held.dofs] = v @ self._axes(held)
+        self._in_world(data.qvel[self._dofs])
+        data.qvel[held.dofs] = v @ self._axes[user]
 
     def _show(self, dt: float) -> None:
         """Note where the first body that moves is, and how it turned."""
         way = self.data.xipos[self._shown] - self._origin - self.position[:3]
         before, self._turned = self._turned, np.roll(self.data.xquat[self._shown], -1).tolist()
         if self._dof == AXES:
-            turn = turn_between(before, self._turned)
-            way = np.append(way, self._lever_m * np.array(turn))
+            way = np.append(way, self._lever_m * np.array(turn_between(before, self._turned)))
         self.position, self.velocity = self.position + way, way / dt
 
     def _weigh(self, held: Grasp, armature: Array) -> None:
