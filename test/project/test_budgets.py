@@ -53,7 +53,7 @@ ROOMS = {
     "scenes": Room(984, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_292, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_925,
+        4_921,
         4_700,
         (
             *inside(
