@@ -227,22 +227,16 @@ class SessionTraces:
         """Whether the session ran in real time."""
         return self.source == "live"
 
-    @property
-    def simulated(self) -> bool:
-        """Whether the session ran in virtual time only."""
-        return self.source == "simulated"
-
 
 def load_of(axis: int, scenario: Any) -> tuple[str, str, float]:
     """Return name, unit and factor of what is recorded along an axis; a torque is at the lever."""
-    if scenario is None or axis < 3:
-        return "force", "N", 1.0
-    return "torque", "N m", scenario.server.lever_m
+    torque = scenario is not None and axis > 2
+    return ("torque", "N m", scenario.server.lever_m) if torque else ("force", "N", 1.0)
 
 
 def loads(f: Array, scenario: Any) -> list[tuple[str, str, Array]]:
     """Return name, unit and part of forces ``(..., dof)``."""
     if scenario is None or f.shape[-1] != AXES:
         return [("force", "N", f)]
-    torque, unit, lever_m = load_of(AXES - 1, scenario)
-    return [("force", "N", f[..., :3]), (torque, unit, lever_m * f[..., 3:])]
+    name, unit, lever_m = load_of(3, scenario)
+    return [("force", "N", f[..., :3]), (name, unit, lever_m * f[..., 3:])]

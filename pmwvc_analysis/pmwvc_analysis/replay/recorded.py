@@ -91,7 +91,7 @@ def prescription(
         hands[name] = hand or ("force" if known else "operator")
         if hands[name] == "force":
             made[name] = recorded_force(trace, ran, tick_s=tick_s, dof=recorded.dof)
-        elif user.operator.is_remote and not traces.simulated:
+        elif user.operator.is_remote and traces.source != "simulated":
             made[name] = remote_hand(user, traces, ran, recorded)
     conditions = Conditions(
         schedule=schedule, first=first, ran_ns=ran_ns, steps=steps, links=networks, hands=made
