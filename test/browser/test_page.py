@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The page itself: settings, access, what it loads, how it looks and what it reads out."""
+"""The page itself: settings, its token, what it loads, how it looks and what it reads out."""
 
 import numpy as np
 import pytest
@@ -12,11 +12,6 @@ from support.simulated import judged, simulated
 
 from pmwvc_view.recorded import replay_page
 
-CONNECT = """(address) => new Promise((resolve) => {
-  const socket = new WebSocket(address);
-  socket.onopen = () => resolve("open");
-  socket.onclose = () => resolve("closed");
-})"""
 PICTURE = "() => document.getElementById('scene').toDataURL()"
 
 
@@ -43,14 +38,9 @@ def test_proposed_setting_is_predicted_then_applied(visit):
         live.until(lambda: chosen.input_value() == "direct", "the same on other pages")
 
 
-def test_only_address_with_token_from_its_own_page_connects(visit):
+def test_page_that_lacks_its_token_says_so(visit):
+    """What is refused: ``unit/test_page_access.py``."""
     with served() as live:
-        page = visit(live.address)
-        socket = live.address.replace("http://", "ws://").replace("/?", "/socket?")
-        assert page.evaluate(CONNECT, socket) == "open"
-        assert page.evaluate(CONNECT, socket.replace(TOKEN, "another")) == "closed"
-        stranger = visit("about:blank", shown=False)
-        assert stranger.evaluate(CONNECT, socket) == "closed"  # right token, wrong origin
         lost = visit(live.address.replace(TOKEN, "another"), shown=False)
         verdict = lost.locator("#verdict")
         live.until(lambda: "lacks its token" in verdict.inner_text(), "a hint at the address")

@@ -68,9 +68,8 @@ def session(seed):
     return simulate_one(scenario), scenario
 
 
-def unexplained(traces, scenario):
+def share(found):
     """The largest residual as a ratio to the energy moved."""
-    found = budget(traces, scenario)
     assert found.moved_j > 1e-4
     return float(np.abs(found.residual_j).max()) / found.moved_j
 
@@ -78,13 +77,13 @@ def unexplained(traces, scenario):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_budget_closes_and_no_false_signal_is_explained(seed):
     traces, scenario = session(seed)
-    assert unexplained(traces, scenario) < 1e-11
-    assert budget(traces, scenario).notes == []
+    found = budget(traces, scenario)
+    assert share(found) < 1e-11 and found.notes == []
     (user, *_), server = traces.users, traces.server
     for owner, name in ((user, "x_m"), (user, "f_h"), (server, "kinetic")):
         true = getattr(owner, name)
         setattr(owner, name, 1.01 * true)
-        seen = unexplained(traces, scenario)
+        seen = share(budget(traces, scenario))
         assert seen > 1e-6 or not np.ptp(true) or scenario.coupling.black_box, name
         setattr(owner, name, true)
 
@@ -100,7 +99,7 @@ def test_a_block_that_accounts_for_too_little_heat_shows(monkeypatch):
         return account._replace(dissipated=0.999 * account.dissipated)
 
     monkeypatch.setattr(blocks, "device_account", colder)
-    assert unexplained(traces, scenario) > 1e-6
+    assert share(budget(traces, scenario)) > 1e-6
 
 
 DAMPER = 10.0

@@ -77,7 +77,7 @@ def wall(case, alpha, beta, sigma):
 
 
 @pytest.mark.parametrize("case", CASES)
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(alpha=numbers, beta=numbers, sigma=st.fractions(0, 2, max_denominator=50))
 def test_the_exact_model_has_the_roots_of_our_polynomial(case, alpha, beta, sigma):
     roots = np.roots([float(c) for c in loop_polynomial(case, alpha, beta, sigma)])

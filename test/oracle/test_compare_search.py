@@ -19,7 +19,7 @@ from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.controllers.record import loop_of
 from pmwvc_core.simulation.session import simulate, simulate_one
 
-CASES = [("virtual_coupling", 0.016), ("tdpa", 0.05), ("pspm", 0.016)]
+CASES = [("virtual_coupling", 0.016), ("tdpa", 0.05)]
 COUNT, FIRST_S = 5, 5  # fewer settings than a comparison searches, on shorter sessions
 
 
@@ -35,8 +35,6 @@ def by_rule(controller, loop):
     if controller == "tdpa":
         damping = loop.contact_stiffness * late / 0.95 - b
         return {"damping": damping, "damping_max": 0.1 * loop.mass / loop.tick_s}
-    if controller == "pspm":
-        return {"stiffness": loop.contact_stiffness, "damping": 2.0}
     stiffness = 0.8 * min(b / loop.tick_s, 1.5 * b / late)
     return {"stiffness": stiffness, "damping": 0.5 * b}
 

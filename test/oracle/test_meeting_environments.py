@@ -71,7 +71,7 @@ def joined(server, environment=None, users=2):
     return rig
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(["cube", "wall"]))
 def test_springs_written_out_are_the_implicit_coupling(seed, name):
     rng = np.random.default_rng(seed)
@@ -85,7 +85,7 @@ def test_springs_written_out_are_the_implicit_coupling(seed, name):
         np.testing.assert_allclose([*a.x_s, *a.avatar.f], [*b.x_s, *b.avatar.f], atol=1e-9)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1), size=st.floats(0.05, 2.0))
 def test_a_stiff_nonlinear_law_is_rendered_by_itself(seed, size):
     """Nothing is guessed, nothing is late, nothing is limited: K T/b is 20 and more here."""

@@ -114,7 +114,7 @@ def compare(scenario, *, model=None, live=False, before=lambda batch: None):
     return worst
 
 
-@settings(max_examples=13, deadline=None)
+@settings(max_examples=9, deadline=None)
 @given(scenarios())
 def test_model_and_simulator_agree_on_random_parameters(scenario):
     model = build(scenario)
@@ -122,7 +122,7 @@ def test_model_and_simulator_agree_on_random_parameters(scenario):
     assert compare(scenario, model=model) < 1e-9
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(scenarios(delays_s=(0.001, 0.003, 0.0082, 0.02)))
 def test_model_and_simulator_agree_with_the_phases_of_live_loops(scenario):
     model = build(scenario, live=True)

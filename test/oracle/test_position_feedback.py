@@ -29,7 +29,6 @@ APP_E = {
 LIVE = {"link.delay_s": 0.016}
 SETTINGS = {
     "App. E": APP_E,
-    "App. E, first-order hold": APP_E | {"master.hold": "foh"},
     "live defaults, 16 ms": LIVE,
     "integrate and dump, 24 ms": {
         "link.delay_s": 0.024,

@@ -42,7 +42,7 @@ def at_rest(scenario, values, *, live):
     return frequency.limit_at_rest(values(1.0 / found))
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(
     impedance=st.floats(8.0, 80.0),
     server=st.floats(8.0, 80.0),

@@ -14,6 +14,9 @@ from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 from reproduction.local_model import swept
 
+SHORT = "duration_s=8"
+ONCE = "duration_s=12"  # there and back, and a second of rest
+
 
 @functools.cache
 def ran(name, *settings):
@@ -29,7 +32,7 @@ def forces(result):
 
 @pytest.mark.parametrize("name", ["carry_0ms", "carry_16ms", "carry_24ms"])
 def test_carrying_is_a_firm_grip_far_from_the_limits(name):
-    _, result = ran(name)
+    _, result = ran(name, ONCE)
     assert result["stable"]
     assert result["object"]["position_final_m"] == pytest.approx(0.0, abs=0.001)
     assert result["object"]["path_error_rms_m"] < 0.002
@@ -41,7 +44,7 @@ def test_carrying_is_a_firm_grip_far_from_the_limits(name):
 
 
 def test_the_cube_is_carried_there_and_back():
-    traces, _ = ran("carry_16ms")
+    traces, _ = ran("carry_16ms", ONCE)
     path = traces.server.x_o[:, 0]
     assert path.max() == pytest.approx(0.05, abs=0.002)
     assert path[0] == 0.0
@@ -50,15 +53,15 @@ def test_the_cube_is_carried_there_and_back():
 
 def test_delay_adds_distance_between_hand_and_avatar():
     """F tau / (2 b), with tau longer by twice the delay."""
-    drifts = [ran(f"carry_{ms}ms")[1]["users"][0] for ms in (0, 16, 24)]
+    drifts = [ran(f"carry_{ms}ms", ONCE)[1]["users"][0] for ms in (0, 16, 24)]
     compliance = [user["drift_m"] / user["force_final_n"] for user in drifts]
     assert compliance[1] - compliance[0] == pytest.approx(0.032 / 50.0, rel=0.02)
     assert compliance[2] - compliance[0] == pytest.approx(0.048 / 50.0, rel=0.02)
 
 
 def test_direct_coupling_works_without_delay_and_vibrates_with_it():
-    assert ran("direct_0ms")[1]["stable"]
-    _, result = ran("direct_16ms")
+    assert ran("direct_0ms", SHORT)[1]["stable"]
+    _, result = ran("direct_16ms", SHORT)
     assert result["instability"] == "limited by safety"
     for user in result["users"]:
         assert user["safety_events"] > 3
@@ -66,7 +69,7 @@ def test_direct_coupling_works_without_delay_and_vibrates_with_it():
 
 
 def test_a_stiff_cube_needs_the_loop_to_be_solved():
-    assert ran("stiff_24ms")[1]["stable"]
+    assert ran("stiff_24ms", SHORT)[1]["stable"]
     late = "server.coupling=one_step_delay", "duration_s=6"
     assert not ran("stiff_24ms", *late)[1]["stable"]
 

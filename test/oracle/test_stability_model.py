@@ -94,14 +94,6 @@ def test_the_implicit_coupling_has_no_largest_stiffness(hold, delay_s):
     assert k_max(scenario, bound=1e7).first is None
 
 
-def test_a_batch_equals_one_by_one():
-    scenario = linear_loops.scenario(link__delay_s=0.016, server__coupling="one_frame_late")
-    values = 0.0, 50.0, 700.0, 2500.0, 9000.0
-    together = radii(*(with_stiffness(scenario, k) for k in values))
-    alone = [radii(with_stiffness(scenario, float(k)))[0] for k in values]
-    np.testing.assert_allclose(together, alone, rtol=1e-9)
-
-
 STACKED = [
     ("master.velocity_filter.share", (0.1, 0.5, 0.9), {"master__velocity_filter__kind": "exact"}),
     (

@@ -216,14 +216,6 @@ def test_the_bound_of_counts_hides_no_other_leak(part, given_j):
     assert passivity(simulated(scenario), scenario, None).passive("user1") is True
 
 
-def test_an_exact_device_feels_no_more_damping():
-    """With E0 lent: an empty one is filled by the hand."""
-    traces = simulated(files.load("carry_16ms", duration_s=6.0))
-    for user in traces.users:
-        damper = 25.0 * user.xd_m - np.sqrt(50.0) * user.v_m
-        assert np.abs(user.f_m - damper).max() < 1e-9
-
-
 def works(steps, *, seed):
     """Work [J] of a damper of 25 N s/m behind counts, on a hand's motion of up to 4 cm/s: the true
     one; that of the positions counted, followed and in between.

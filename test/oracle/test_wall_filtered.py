@@ -54,11 +54,6 @@ def tracking(traces):
     return float(abs(f_m - f_s) / abs(f_s))
 
 
-def test_the_scenario_has_the_form_it_was_chosen_for():
-    own = scenarios.load("wall_filtered").users[0].master.velocity_filter
-    assert (own.kind, own.order, own.share) == ("exact", 2, 0.7)
-
-
 def test_noise_falls_at_least_tenfold_at_equal_tracking(sessions):
     plain, filtered = sessions["none"], sessions["exact"]
     assert noise(plain) / noise(filtered) > 25.0

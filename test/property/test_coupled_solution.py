@@ -53,7 +53,7 @@ def play(server, rng, *, steps=20):
     return abs(server.taken_j - inside) / (2.0 * server.came_j - server.taken_j)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @example(seed=562)  # a face that lets go while the springs across hold: no force, no damper
 @given(seed=st.integers(0, 2**32 - 1))
 def test_wild_matrices_settle_and_energy_balances(seed):
@@ -66,7 +66,7 @@ def test_wild_matrices_settle_and_energy_balances(seed):
 def test_hardly_any_of_many_wild_settings_is_left_unsettled():
     rng = np.random.default_rng(11)
     flagged = 0
-    for _ in range(60):
+    for _ in range(40):
         server = wild(rng)
         play(server, rng, steps=10)
         flagged += server.s.unsettled > 0

@@ -78,16 +78,6 @@ def test_no_channel_gives_out_more_than_it_got(tmp_path, name, dof):
     assert max(np.abs(np.concatenate(traces.server.f_s)).max(axis=0)) > 0.1
 
 
-def test_a_session_repeats_to_the_bit(tmp_path):
-    scenario = foreign(tmp_path, SCENES[CART], 6, "duration_s=1.0")
-    one, other = (simulate_one(scenario) for _ in range(2))
-    assert max(np.abs(user.f_applied).max() for user in one.users) > 0.1
-    for body, poses in one.server.poses.items():
-        np.testing.assert_array_equal(poses, other.server.poses[body])
-    for mine, theirs in zip(one.users, other.users, strict=True):
-        np.testing.assert_array_equal(mine.f_applied, theirs.f_applied)
-
-
 def test_without_the_ledger_a_spring_under_tension_gives_out_what_it_holds(tmp_path):
     """The control."""
     taut = SCENES[CART].replace('damping="1"', 'springref="0.1"')

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.law_rigs import Port, Users
+from support.law_rigs import Users
 from support.strategies import behind, matrices
 
-from pmwvc_core.numeric import root
-from pmwvc_core.params import ContactParams, MasterParams, ServerParams
+from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped")
@@ -94,14 +93,3 @@ def test_along_its_principal_axes_a_matrix_is_one_number_per_axis(coupling, dof,
         np.testing.assert_allclose(rows[..., axis], single[..., 0], rtol=1e-9, atol=1e-9)
         other = play(make([1.1 * b] * 2, dof=1, **names), starts[:, axis], waves[:, :, axis])
         assert np.abs(rows[..., axis] - other[..., 0]).max() > 1e-4  # the control
-
-
-def test_a_matrix_may_stand_at_one_end_and_a_number_at_the_other():
-    """At rest under a held force the two ends agree on it up to the transformer's ratio."""
-    b = MatrixImpedance(*np.linalg.eigh(np.array([[30.0, 8.0], [8.0, 20.0]])))
-    f_s = np.array([1.0, -0.5])
-    wave = f_s / root(2.0 * b)  # of a port at rest
-    master = Port(MasterParams(impedance=25.0, hold="zoh"), axes=2)
-    master.receive(-wave)
-    f_m = master.step(np.zeros(2), np.zeros(2))
-    np.testing.assert_allclose(f_m, root(2.0 * 25.0) * (f_s / root(2.0 * b)), rtol=1e-12)

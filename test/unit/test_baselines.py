@@ -60,15 +60,6 @@ def test_what_arrives_is_what_a_sum_has_grown(packets, taken):
 
 
 class TestVirtualCoupling:
-    def test_at_rest_coupling_and_contact_are_springs_in_series(self):
-        params = VirtualCouplingParams(stiffness=300.0, damping=3.0)
-        link = still(
-            "virtual_coupling", stiffness=500.0, baseline=BaselineParams(virtual_coupling=params)
-        )
-        expected = 0.001 * 300.0 * 500.0 / 800.0
-        assert link.force == pytest.approx(expected, rel=1e-6)
-        assert link.server.f_s[0] == pytest.approx(expected, rel=1e-6)
-
     def test_the_avatar_solves_spring_damper_and_contact_together(self):
         """f = K_c (x - h xd) + B_c (xd_m - xd) = K h xd, by hand."""
         params = VirtualCouplingParams(stiffness=300.0, damping=3.0)

@@ -37,13 +37,6 @@ def test_the_published_compensation_is_named():
     assert not [each for each in ledger.components if each.owner == SERVER]
 
 
-def test_late_decoding_without_compensation_is_named():
-    settings = (*UNKNOWN, "server.contact_damping=0", "server.contact_stiffness=3000")
-    settings = (*settings, "server.decoding=late")
-    untreated = budget(*simulated("wall", *settings, "server.compensation=none"))
-    assert (SERVER, "late_decoding") in said(untreated)
-
-
 def test_an_environment_with_a_drive_of_its_own_is_named():
     settings = (*UNKNOWN, "operator.force=0.2", "server.environment=active_wall")
     driven = budget(*simulated("wall", *settings))

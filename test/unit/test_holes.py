@@ -41,7 +41,7 @@ def holed(cuts, *, gain=1.0):
 
 
 @given(HOLES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_a_hole_never_makes_an_active_session_passive(cuts):
     found = passivity(holed(cuts, gain=1.2), handmade.scenario(), None)
     for owner in ("user1", "user2"):
@@ -49,7 +49,7 @@ def test_a_hole_never_makes_an_active_session_passive(cuts):
 
 
 @given(HOLES)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_a_session_with_holes_fails_the_check_and_names_them(cuts):
     traces, scenario = holed(cuts), handmade.scenario()
     result = summary(traces, scenario, budget(traces, scenario))

@@ -43,7 +43,7 @@ def work(f, xd):
     return np.sum(f * xd, -1, keepdims=True)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(b=matrices(), data=signals_of(2))
 def test_the_operators_are_those_of_the_matrix(b, data):
     signal, other = data(b)
@@ -191,7 +191,7 @@ def mean_normal(contact, rate):
     return law.inward * max(0.0, spring + law.damping * (inside[1] - inside[0]) / H)
 
 
-@settings(max_examples=80)
+@settings(max_examples=30)
 @given(params=contacts, b=matrices(), side=st.sampled_from([-1, 1]), seed=seeds)
 def test_the_mean_force_satisfies_contact_and_port(params, b, side, seed):
     rng = np.random.default_rng(seed)
@@ -209,7 +209,7 @@ def test_the_mean_force_satisfies_contact_and_port(params, b, side, seed):
     np.testing.assert_allclose(force, law, rtol=1e-6, atol=scale)
 
 
-@settings(max_examples=80)
+@settings(max_examples=30)
 @given(params=contacts, b=matrices(), weight=st.sampled_from([H, 0.5 * H]), seed=seeds)
 def test_an_unwrapped_force_fits_the_velocity_it_leaves(params, b, weight, seed):
     rng = np.random.default_rng(seed)

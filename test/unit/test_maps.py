@@ -38,7 +38,7 @@ def computed(x=STIFFNESS, y=DELAY):
 
 @pytest.mark.parametrize(
     ("x", "y"),
-    [(STIFFNESS, DELAY), (DELAY, STIFFNESS), (DAMPING, STIFFNESS), (TWO, MANY), (DELAY, DELAY)],
+    [(STIFFNESS, DELAY), (DAMPING, STIFFNESS), (TWO, MANY), (DELAY, DELAY)],
 )
 def test_a_map_is_what_its_points_are_one_by_one(x, y):
     of = grid(x, y)
@@ -80,7 +80,7 @@ def test_without_dask_the_message_names_the_remedy(monkeypatch):
 def test_a_dask_cluster_computes_the_same():
     distributed = pytest.importorskip("distributed", reason="the optional Dask is not installed")
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None
+        n_workers=1, threads_per_worker=1, dashboard_address=None
     ) as cluster:
         found = compute(grid(), dask=cluster.scheduler_address)
     np.testing.assert_array_equal(found, computed())

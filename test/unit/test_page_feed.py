@@ -70,7 +70,7 @@ def values(layout, snapshots, name):
     return [float(each.row[layout.slices[name]][0]) for each in snapshots]
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(st.permutations(range(3)), st.integers(1, 5))
 def test_rows_do_not_depend_on_whose_trace_comes_first(order, together):
     def run(turns):
