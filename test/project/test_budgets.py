@@ -53,7 +53,7 @@ ROOMS = {
     "scenes": Room(984, 900, inside("pmwvc_core", "scenes")),
     "links and packets": Room(2_234, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_906,
+        4_898,
         4_700,
         (
             *inside(
