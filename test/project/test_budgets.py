@@ -51,7 +51,7 @@ ROOMS = {
     ),
     "links and packets": Room(2_234, 2_500, inside("pmwvc_core", "network", "transport")),
     "sessions": Room(
-        4_906,
+        4_898,
         4_700,
         (
             *inside(

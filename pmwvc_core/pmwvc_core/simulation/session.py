@@ -5,7 +5,6 @@ Deterministic: the same scenario gives the same bits; compiled, for many session
 (:mod:`.bulk.run`), the same numbers to rounding.
 """
 
-import gc
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -44,22 +43,15 @@ class SteppedSession(VirtualTime):
     def run(self, progress: Callable[[float], None]) -> None:
         """Step to the end; ``progress`` is called with the ratio done, 0..1."""
         end_ns, changes = self.ticks * self.tick_ns, deque(over_time(self._scenario))
-        # What a session keeps holds no cycles; scanning it would take a twentieth of the time.
-        collects = gc.isenabled()
-        gc.disable()
-        try:
-            for begin_ns in range(0, end_ns, PROGRESS_NS):
-                progress(begin_ns / end_ns)
-                until_ns = min(begin_ns + PROGRESS_NS, end_ns)
-                while changes and changes[0][0].time_s * 1e9 < until_ns:
-                    change, new = changes.popleft()
-                    self.advance(round(change.time_s * 1e9))
-                    self.change(new)
-                self.advance(until_ns)
-            self.advance(NEVER_NS)  # ticks and steps that a recording has later than due
-        finally:
-            if collects:
-                gc.enable()
+        for begin_ns in range(0, end_ns, PROGRESS_NS):
+            progress(begin_ns / end_ns)
+            until_ns = min(begin_ns + PROGRESS_NS, end_ns)
+            while changes and changes[0][0].time_s * 1e9 < until_ns:
+                change, new = changes.popleft()
+                self.advance(round(change.time_s * 1e9))
+                self.change(new)
+            self.advance(until_ns)
+        self.advance(NEVER_NS)  # ticks and steps that a recording has later than due
         for user in self.users:
             user.up.drain(end_ns)
             user.down.drain(end_ns)
