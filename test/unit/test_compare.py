@@ -100,7 +100,7 @@ def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
         ("compare carry_0ms --over controller=pmwvc --over controller=direct", ["is given twice"]),
         ("compare active_wall --over controller=pmwvc,tdpa", ["needs controller = pmwvc (tdpa"]),
         ("replay nowhere", ["nowhere/scenario.yaml: there is no such file"]),
-        ("replay .", ["holds no scenario.yaml"]),
+        ("replay .", ["scenario.yaml: there is no such file"]),
         (
             "replay FIRST --set master.impedence=3 --set dof=9",
             ["did you mean master.impedance?", "dof = 9"],
