@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Unit quaternions x y z w on plain floats, in world axes: a tick has no time for a library.
-q is the same turn as -q.
-"""
+"""Unit quaternions x y z w on plain floats, in world axes: a tick has no time for a library."""
 
 import math
 from collections.abc import Sequence
@@ -28,8 +26,7 @@ def carried(q: Orientation, turn: Sequence[float]) -> Orientation:
     """Return exp(turn) q, for a turn in world axes [rad]."""
     angle = math.hypot(*turn)
     sine = math.sin(0.5 * angle) / angle if angle > 0.0 else 0.5
-    x, y, z = turn
-    return product((sine * x, sine * y, sine * z, math.cos(0.5 * angle)), q)
+    return product((*(sine * each for each in turn), math.cos(0.5 * angle)), q)
 
 
 def turn_between(before: Orientation, q: Orientation) -> tuple[float, float, float]:
@@ -50,9 +47,8 @@ def of_matrix(matrix: Array) -> Orientation:
         (c + g, f + h, 1.0 - a - e + i, d - b),
         (h - f, c - g, d - b, 1.0 + a + e + i),
     )
-    longest = every[max(range(4), key=lambda n: every[n][n])]
-    size = math.hypot(*longest)
-    return tuple(each / size for each in longest)
+    longest = max(every, key=lambda row: math.hypot(*row))
+    return tuple(each / math.hypot(*longest) for each in longest)
 
 
 def unit(q: Sequence[float], last: Sequence[float]) -> Orientation:

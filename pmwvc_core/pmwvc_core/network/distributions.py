@@ -109,13 +109,11 @@ def _lognormal_moments(p: LinkParams) -> tuple[float, float]:
     return mean, mean * math.sqrt(math.expm1(square))
 
 
-def _tail_conflict(params: LinkParams) -> str:
-    if 0.0 < params.jitter_shape <= 2.0:
-        return (
-            f"jitter_shape = {params.jitter_shape:g}: must be > 2 for {params.jitter} (0: 3); "
-            "otherwise it has no standard deviation"
-        )
-    return ""
+def _tail_conflict(p: LinkParams) -> str:
+    text = (
+        f"jitter_shape = {p.jitter_shape:g}: must be > 2 for {p.jitter} (0: 3); otherwise it has"
+    )
+    return f"{text} no standard deviation" if 0.0 < p.jitter_shape <= 2.0 else ""
 
 
 def file_conflict(p: LinkParams) -> str:

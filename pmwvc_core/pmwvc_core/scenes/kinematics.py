@@ -10,9 +10,8 @@ the velocities, by J = D/h::
     J = Rbar^T (V + W x abar) - Rbar^T v + rho x w,   rho = Rbar^T (pbar - cbar)
     J = v + Rbar (w x s)
 
-Where the velocities change, J turns with the box under forces phi that stay, and the ways of pads
-change by J at the end of the step. For Newton's method (:mod:`.newton`) that is enough; how the
-handles turn themselves is left out::
+For Newton's method (:mod:`.newton`): under forces phi that stay, J turns with the box, and the
+ways of pads change by J at the end of the step; how handles turn themselves is left out::
 
     rows of w, and the transpose in the columns of the others:   h/2 [phi] J,   h/2 [s] [R^T phi]
     dD = h (1 - h [w]/2) J

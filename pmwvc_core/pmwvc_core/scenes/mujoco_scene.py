@@ -158,9 +158,7 @@ class MujocoScene:
         return self._scale / steps * rates, touched
 
     def _in_world(self, v: Array) -> Array:
-        """Return velocities along the axes of handles in the world's; a ball turns with its handle
-        (and its own turn in a step leaves its velocity as it is).
-        """
+        """Return velocities along the axes of the world; a ball's own turn with it."""
         if self._dof != AXES:
             return v
         turned = np.empty(9)
