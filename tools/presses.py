@@ -60,11 +60,11 @@ class Found:
     passive: bool | None
 
 
-def scenario_of(run: Presses, duration_s: float) -> Scenario:
-    """Return the session of a run."""
+def scenario_of(run: Presses, duration_s: float, *more: str) -> Scenario:
+    """Return the session of a run, with more settings."""
     texts = ["channel=strict", f"server.contact_stiffness={run.stiffness}", "task.kind=free"]
     texts += [f"server.gap_m={GAP_M}", f"link.delay_s={DELAY_S}"]
-    texts += [f"operator.grip_stiffness={GRIP_N_M}", *run.settings]
+    texts += [f"operator.grip_stiffness={GRIP_N_M}", *run.settings, *more]
     return files.load("wall", settings_texts=texts, duration_s=duration_s)
 
 
@@ -86,7 +86,7 @@ def simulated(scenario: Scenario, motion: Array) -> SessionTraces:
 
 def pressed(run: Presses, duration_s: float = LENGTH_S) -> Found:
     """Return what is felt in every press of a run, and what is left after it."""
-    scenario = scenario_of(run, duration_s)
+    scenario = scenario_of(run, duration_s, "operator.repeat=true")
     traces = simulated(scenario, raised_cosine(run, scenario.tick_s))
     (user,) = traces.users
     first = int(np.flatnonzero(user.f_h[:, 0])[0])

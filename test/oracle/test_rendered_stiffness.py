@@ -133,7 +133,7 @@ def test_one_server_end_of_another_impedance_keeps_the_object_in_balance():
     assert pressing(scenario, 0)[:, 0] == pytest.approx([1.0, -math.sqrt(1.6)])
     assert pressing(scenario, 1)[:, 0] == pytest.approx([-math.sqrt(1.0 / 1.6), 1.0])
     assert found.rendered.k_felt is not None
-    assert "1.26 times as far as its avatar" in text
+    assert "1.26 times as far as its avatar" in "\n".join(lines(scenario, live=False))
 
 
 def test_both_ends_are_in_the_prediction():

@@ -100,5 +100,5 @@ def _recorded(seed: int) -> Settings:
     name, column = (("tue_hand.csv", "angle_rad"), ("tue_spring.csv", "angle_rad"))[seed % 2 == 0]
     return (
         *("operator.kind=playback_motion", f"operator.file={RECORDED / name}"),
-        *(f"operator.columns={column}", "operator.rate_hz=2000"),
+        *(f"operator.columns={column}", "operator.rate_hz=2000", "operator.repeat=true"),
     )
