@@ -99,7 +99,7 @@ def test_a_session_loses_motion_and_not_energy_where_packets_come_unevenly():
     uneven = ran("zeroing", "link.preset=wifi_bad")
     offsets = [each for each in outcomes(uneven, judged(uneven)) if each.what == "offset"]
     assert offsets
-    assert all(each.hit is None and "late and lost packets" in each.text for each in offsets)
+    assert all(each.hit is None and "how late packets come" in each.text for each in offsets)
 
 
 def test_where_every_packet_comes_in_time_it_is_the_plain_channel():

@@ -143,5 +143,5 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> FeedbackPa
     return FeedbackParams(
         b, tick_s, master.frame_s, *lags, position.of_residual, drop,
         float(position.gain), position.adapts, float(position.storage_j), float(position.most_j),
-        position.is_paid,
+        not position.as_published,
     )  # fmt: skip

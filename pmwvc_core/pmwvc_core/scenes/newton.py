@@ -20,7 +20,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenes.pressing import Pressed
 
-SETTLED, NEAR = 1e-13, 1e-11  # of what is wanted: done, and done in one round more
+SETTLED, NEAR = 1e-14, 1e-11  # of what is wanted: done, and done in one round more
 ROUNDED_W, MOST_ROUNDS, MOST_HALVINGS = 1e-18, 30, 12  # where no round comes nearer
 
 
