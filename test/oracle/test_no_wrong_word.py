@@ -106,7 +106,12 @@ def hand(d, data):
         file, unit = (("tue_spring.csv", d.one_of(0.3, -0.3)), ("tue_hand.csv", 0.075))[
             kind == "motion"
         ]
-        given = {"kind": f"playback_{kind}", "file": str(data / file), "rate_hz": 2000.0}
+        given = {
+            "kind": f"playback_{kind}",
+            "file": str(data / file),
+            "rate_hz": 2000.0,
+            "repeat": True,
+        }
         given |= {"scale": unit * d.one_of(0.5, 1.0, 1.5), "columns": "0"}
         given |= {"offset": d.between(-0.01, 0.025)} if kind == "motion" else {}
     elif kind != "none":

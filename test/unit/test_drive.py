@@ -67,6 +67,7 @@ def recorded(recorded_data, offset_m):
         "rate_hz": 2000,
         "scale": 0.075,
         "offset": offset_m,
+        "repeat": "true",
     }
     return tuple(f"user1.operator.{name}={value}" for name, value in words.items())
 
