@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from pmwvc_bringup import scenarios
+from pmwvc_bringup import output, scenarios
 from pmwvc_bringup.output import doing
 from pmwvc_bringup.session.terminal import user_words
 from pmwvc_core.errors import ScenarioError
@@ -79,10 +79,11 @@ def test_every_table_of_a_report_that_scrolls_is_reached_by_keyboard():
         assert text.count('class="scroll"') == text.count('class="scroll" tabindex="0"')
 
 
-def test_a_terminal_shows_a_bar_of_each_part_and_is_left_as_it_was():
+def test_a_terminal_shows_a_bar_of_each_part_and_is_left_as_it_was(monkeypatch):
     stream = io.StringIO()
     console = Console(file=stream, force_terminal=True, force_interactive=True, width=80)
-    with doing("simulating", console) as work:
+    monkeypatch.setattr(output, "terminal", lambda **_: console)
+    with doing("simulating") as work:
         work(0.5)
         assert "simulating" in stream.getvalue() and "100%" not in stream.getvalue()
         work.part("drawing")
@@ -91,9 +92,10 @@ def test_a_terminal_shows_a_bar_of_each_part_and_is_left_as_it_was():
     assert stream.getvalue().endswith("\x1b[1A\x1b[2K")  # the bar's line is erased
 
 
-def test_nothing_of_it_is_written_where_there_is_no_terminal():
+def test_nothing_of_it_is_written_where_there_is_no_terminal(monkeypatch):
     stream = io.StringIO()
-    with doing("reading", Console(file=stream)) as work:
+    monkeypatch.setattr(output, "terminal", lambda **_: Console(file=stream))
+    with doing("reading") as work:
         work(0.3)
         work.part("drawing")
     assert stream.getvalue() == ""
