@@ -48,7 +48,8 @@ def of_matrix(matrix: Array) -> Orientation:
         (h - f, c - g, d - b, 1.0 + a + e + i),
     )
     longest = max(every, key=lambda row: math.hypot(*row))
-    return tuple(each / math.hypot(*longest) for each in longest)
+    size = math.hypot(*longest)
+    return tuple(each / size for each in longest)
 
 
 def unit(q: Sequence[float], last: Sequence[float]) -> Orientation:

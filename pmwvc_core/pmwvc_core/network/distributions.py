@@ -110,10 +110,9 @@ def _lognormal_moments(p: LinkParams) -> tuple[float, float]:
 
 
 def _tail_conflict(p: LinkParams) -> str:
-    text = (
-        f"jitter_shape = {p.jitter_shape:g}: must be > 2 for {p.jitter} (0: 3); otherwise it has"
-    )
-    return f"{text} no standard deviation" if 0.0 < p.jitter_shape <= 2.0 else ""
+    wrong = f"jitter_shape = {p.jitter_shape:g}: must be > 2 for {p.jitter} (0: 3)"
+    text = f"{wrong}; otherwise it has no standard deviation"
+    return text if 0.0 < p.jitter_shape <= 2.0 else ""
 
 
 def file_conflict(p: LinkParams) -> str:

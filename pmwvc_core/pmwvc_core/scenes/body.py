@@ -28,14 +28,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.quaternions import of_matrix
 from pmwvc_core.scenes.description import FORMAT
-from pmwvc_core.scenes.kinematics import (
-    Poses,
-    Shape,
-    by_velocities,
-    moved,
-    points_at,
-    slope_of,
-)
+from pmwvc_core.scenes.kinematics import Poses, Shape, by_velocities, moved, points_at, slope_of
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
 from pmwvc_core.scenes.turning import cross

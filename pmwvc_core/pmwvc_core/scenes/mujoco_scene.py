@@ -147,9 +147,7 @@ class MujocoScene:
         v = self._in_world(data.qvel[dofs])
         for _ in range(steps):
             push = (drive - damping * v) * self._scale
-            data.qfrc_applied[dofs] = (
-                (push[:, None] @ self._axes)[:, 0] if self._dof == AXES else push
-            )
+            data.qfrc_applied[dofs] = self._along_axes(push)
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
             v = self._in_world(data.qvel[dofs])
@@ -158,14 +156,22 @@ class MujocoScene:
         return self._scale / steps * rates, touched
 
     def _in_world(self, v: Array) -> Array:
-        """Return velocities along the axes of the world; a ball's own turn with it."""
+        """Return velocities of the handles as they are, along the axes of the world."""
+        self._note_axes()
+        return v if self._dof != AXES else np.asarray((self._axes @ v[:, :, None])[:, :, 0])
+
+    def _along_axes(self, f: Array) -> Array:
+        """Return what is along the world's axes, along those of the handles."""
+        return f if self._dof != AXES else np.asarray((f[:, None] @ self._axes)[:, 0])
+
+    def _note_axes(self) -> None:
+        """Note the axes of motion of the handles: a ball's turn with it."""
         if self._dof != AXES:
-            return v
+            return
         turned = np.empty(9)
         for axes, held in zip(self._axes, self.held, strict=True):
             self._mujoco.mju_quat2Mat(turned, self.data.qpos[held.ball])
             axes[3:, 3:] = turned.reshape(3, 3)
-        return np.asarray((self._axes @ v[:, :, None])[:, :, 0])
 
     def _move_freely(self, user: int, before: Array, v: Array, dt: float) -> None:
         """Move a finger as its port alone does, from the coordinates of before."""
@@ -174,7 +180,7 @@ class MujocoScene:
         if self._dof == AXES:
             was = np.roll(before[held.ball], -1).tolist()
             data.qpos[held.ball] = np.roll(carried(was, (dt * v[3:]).tolist()), 1)
-        self._in_world(data.qvel[self._dofs])
+        self._note_axes()
         data.qvel[held.dofs] = v @ self._axes[user]
 
     def _show(self, dt: float) -> None:
