@@ -16,10 +16,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from pmwvc_core.ends.inbox import value
+from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.safety.limits import FADE_S
-from pmwvc_core.numeric import Array, Value, finite, flatten
+from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, times, within, zero
+from pmwvc_core.numeric import LARGEST, Array, Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_master.devices import PLUGINS, DeviceInfo, DeviceSample, DeviceSetup, HapticDevice
 from pmwvc_master.devices.plausible import Plausible
@@ -44,16 +45,19 @@ class Mapped:
         given, info = setup.device, device.info
         self._device, self.info = device, replace(info, dof=setup.dof)
         self.open, self.couple, self.close = device.open, device.couple, device.close
-        self._matrix = matrix_of(info, given)[: setup.dof]
-        self._of_hand = np.linalg.pinv(self._matrix).T  # f_h . dd = (that times f_h) . dx
+        matrix = matrix_of(info, given)[: setup.dof]
+        self._axes = tuple(abs(matrix).argmax(axis=1).tolist())  # of the device, by row of S
+        self._s: Vector = tuple(matrix.sum(axis=1).tolist())  # the entry of each row
+        self._per_s: Vector = tuple(1.0 / s for s in self._s)  # f_h . dd = f_h / S . dx
         if given.clutch > info.buttons:
             text = f"{info.model} has {info.buttons} buttons; call ~/clutch instead"
             raise DeviceError(f"device.clutch = {given.clutch}: {text}")
         self._button, self.pressed = 1 << given.clutch >> 1, False
         self.slew_n, self._step = setup.max_slew_n_s * setup.tick_s, setup.tick_s / FADE_S
-        offset = np.array([given.offset_x_m, given.offset_y_m, given.offset_z_m, 0.0, 0.0, 0.0])
-        self._shift = self._x = offset[: setup.dof] * (not given.is_simulated)
-        self._at, self._f = 0.0 * self._x, np.zeros(info.dof)
+        offset = (given.offset_x_m, given.offset_y_m, given.offset_z_m, 0.0, 0.0, 0.0)
+        self._shift = self._x = scaled(offset[: setup.dof], float(not given.is_simulated))
+        self._at: Vector = zero(self._x)
+        self._f: Vector = (0.0,) * info.dof
         self._c, self._uncoupled, self._went = 1.0, False, False
         self.uncoupled = False  # whether the avatar does not follow the hand
         self._sample = DeviceSample(value(self._x), value(self._at), value(self._at))
@@ -71,43 +75,53 @@ class Mapped:
         own.work, own.measured_ns = there.work, there.measured_ns
         if not there.valid:
             return own
-        at = self._matrix @ flatten(there.x)
-        x = at + self._shift
-        if finite(at):  # what is no number is so for this tick only
+        at = self._of_device(there.x, self._s)
+        x = plus(at, self._shift)
+        if within(at, LARGEST):  # what is no number is so for this tick only
             if c < 1.0:
-                x = self._x + c * (at - self._at)
-                self._shift = x - at
+                x = plus(self._x, scaled(minus(at, self._at), c))
+                self._shift = minus(x, at)
             self._x, self._at = x, at
-        own.x, own.xd = value(x), value(c * (self._matrix @ flatten(there.xd)))
+        own.x, own.xd = value(x), value(scaled(self._of_device(there.xd, self._s), c))
         self._went = self._went or c < 1.0  # from then on the orientation follows the way
-        q = () if self._went else there.orientation
-        own.orientation = (*(self._matrix[3:, 3:] @ q[:3]).tolist(), q[3]) if q else ()
-        own.f_h = value(c * (self._of_hand @ (flatten(there.f_h) + 0.0 * self._f)))
+        own.orientation = ()
+        if there.orientation and not self._went:
+            turn = self._of_device(np.array((0.0, 0.0, 0.0, *there.orientation[:3])), self._s)
+            own.orientation = (*turn[3:], there.orientation[3])
+        own.f_h = value(scaled(self._of_device(there.f_h, self._per_s), c))
         return own
+
+    def _of_device(self, signal: Value, factors: Vector) -> Vector:
+        """Return a signal of the device along the axes of the avatar, times a factor each."""
+        along = vector(signal, len(self._f))
+        return times(tuple([along[axis] for axis in self._axes]), factors)
 
     def write(self, f_m: Value) -> None:
         """Push the hand with its part of the force."""
-        f = flatten(f_m) @ self._matrix
-        self._c = self._coupling(f)
+        f = [0.0] * len(self._f)
+        wanted = times(vector(f_m, len(self._s)), self._s)
+        for axis, along in zip(self._axes, wanted, strict=True):
+            f[axis] = along
+        self._c = self._coupling(tuple(f))
         self.uncoupled = self._c < 1.0
-        self._f = self._c * f
+        self._f = scaled(tuple(f), self._c)
         self._device.write(value(self._f))
 
-    def _coupling(self, f: Array) -> float:
+    def _coupling(self, f: Vector) -> float:
         """Return c for a tick whose whole force is f: |c f - f before| is at most the slew."""
-        before, ff = self._c, float(f @ f)
+        before, ff = self._c, squared(f)
         wanted = 0.0 if self._uncoupled else 1.0
         wanted = min(max(wanted, before - self._step), before + self._step)
         if wanted == before or ff == 0.0:
             return wanted
-        middle = float(f @ self._f) / ff
-        square = middle * middle - (float(self._f @ self._f) - self.slew_n**2) / ff
+        middle = dot(f, self._f) / ff
+        square = middle * middle - (squared(self._f) - self.slew_n**2) / ff
         way = math.sqrt(max(square, 0.0))
         return min(max(wanted, middle - way, 0.0), middle + way, 1.0)
 
     def stop(self) -> None:
         """Set the force to zero."""
-        self._f = 0.0 * self._f
+        self._f = zero(self._f)
         self._device.stop()
 
 
