@@ -8,6 +8,7 @@ Two controllers without waves run at once.
 
 import contextlib
 import json
+import signal
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -153,7 +154,7 @@ def ended(request, tmp_path_factory):
         if case.scenario:
             folder = tmp_path_factory.mktemp("controller") / "session"
             words = [word for setting in case.settings for word in ("--set", setting)]
-            duration = ("--duration", DURATION_S)
+            duration = ("--duration", 600 if case.changes else DURATION_S)
             session = stack.enter_context(Running(folder, case.scenario, *duration, *words))
             session.refused = change(session, case.changes) if case.changes else []
             session.code, session.left = session.end(), session.nodes()
@@ -167,10 +168,15 @@ def ended(request, tmp_path_factory):
 
 
 def change(session, values):
-    """Set parameters of masters once all runs; return why any was refused."""
+    """Set parameters of masters once all runs, and end the session some ticks later; return why
+    any was refused.
+    """
     with ros(domain=session.domain()) as peer:
         session.await_ticks()
         reasons = [peer.set_parameters(f"/{user}/master", new) for user, new in values.items()]
+        for _ in range(2):
+            session.await_ticks()
+        session.process.send_signal(signal.SIGINT)
         return [text for texts in reasons for text in texts if text]
 
 

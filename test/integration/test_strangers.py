@@ -66,6 +66,7 @@ def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
                         end.publish(message)
             for _ in TRACES:  # while the strangers are still there
                 session.await_line("Warning: 2 publishers on /")
+            assert all(end.wait_for_all_acked() for end, _ in ends)
         session.process.send_signal(signal.SIGINT)
         assert session.end() == 0, session.output()
         assert session.nodes() == {}
@@ -76,8 +77,8 @@ def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
     judged_stable(session)
     words = [ROOT / "pmwvc", "doctor", session.folder]
     said = subprocess.run(words, capture_output=True, text=True, check=False).stdout
-    # what a slow recorder takes of 100
-    assert re.search(r"\d\d+ messages on /server/trace whose fields do not fit", said), said
+    # one or more: what a slow recorder takes of 100
+    assert re.search(r"\d messages? on /server/trace whose fields do not fit", said), said
 
 
 def test_an_error_of_the_runner_itself_still_stops_devices_first_and_closes_the_file(tmp_path):

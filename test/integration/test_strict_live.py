@@ -39,7 +39,8 @@ def test_no_link_gives_more_than_was_declared_and_no_node_is_below_its_limit(imp
             lent_j = max(scenario.server.store_j, scenario.users[0].master.store_j)
             assert 0.0 < balance.declared_j <= lent_j  # to a playout whose packets are late
             assert balance.minimum_j >= LEAST_J - balance.declared_j
-        assert energy.joint.minimum_j >= LEAST_J - held_j
+        lent_j = sum(balance.declared_j for balance in (energy.up, energy.down))
+        assert energy.joint.minimum_j >= LEAST_J - lent_j - held_j
         # A force is paid for when its tick is over: the motion may change within it.
         assert user.accounts["node"].min() >= LEAST_J - LIMIT_J - held_j
         assert energy.up.energy_in_j[-1] > 1e-4  # something was sent

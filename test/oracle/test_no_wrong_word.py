@@ -14,7 +14,6 @@ import re
 import numpy as np
 import pytest
 from support.own_judgement import own_judgement, stepped, wrong_words
-from support.simulated import unsearched
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.report.report import render
@@ -195,7 +194,6 @@ def differences(found, terminal, report, said):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@unsearched()
 def test_a_drawn_session_says_no_wrong_word(seed, recorded_data):
     scenario = drawn(seed, recorded_data)
     traces = stepped(scenario)

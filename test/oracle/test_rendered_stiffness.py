@@ -12,7 +12,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import plain as scenarios
 from support.pressed_wall import wall
-from support.simulated import quick_summary
 
 from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.stability import radii
@@ -22,6 +21,7 @@ from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import transparency, untouched
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
 FILTERS = (
@@ -114,7 +114,7 @@ def test_a_steady_press_ends_where_it_is_expected(server):
     lead = force * lag_s(user, scenario, live=False) / (2.0 * 25.0)
     assert x_m - n * x_s == pytest.approx(lead, abs=5e-6)
     assert traces.server.f_s[0][-1, 0] == pytest.approx(n * force, rel=1e-3)
-    result = quick_summary(traces, scenario)
+    result = summary(traces, scenario)
     text = "\n".join(each["text"] for each in result["outcomes"])
     assert ("(hit; tolerance" in text) is (server == 25.0)
     assert ("offset of the device" in text) is (server == 25.0)

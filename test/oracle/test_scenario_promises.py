@@ -6,10 +6,10 @@ import functools
 
 import numpy as np
 import pytest
-from support.simulated import quick_summary
 
 from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 from reproduction.local_model import swept
@@ -23,7 +23,7 @@ def ran(name, *settings):
     """Return traces and summary of a scenario."""
     scenario = scenarios.load(name, settings_texts=settings)
     traces = simulate_one(scenario)
-    return traces, quick_summary(traces, scenario)
+    return traces, summary(traces, scenario)
 
 
 def forces(result):

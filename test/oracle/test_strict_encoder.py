@@ -9,7 +9,7 @@ import copy
 import numpy as np
 import pytest
 from support.laws import as_written
-from support.simulated import quick_summary, simulated
+from support.simulated import simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.criterion import bounded
@@ -17,6 +17,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.prediction.text import encoder_lines
 from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.law.port.counts import SLOW_S, counts, resting_counts
 from pmwvc_core.master.count_bound import LARGEST_IMPEDANCE, LARGEST_RATIO
@@ -191,7 +192,7 @@ def test_a_light_device_is_promised_nothing_and_gives_out_more():
 def test_the_report_names_bound_and_amount():
     scenario = coarse(25.0, 100e-6)
     traces = simulated(scenario)
-    result = quick_summary(traces, scenario)
+    result = summary(traces, scenario)
     assert result["passivity"]["passive"]
     assert "passive within the encoder's bound of 25 µJ" in result["passivity"]["text"]["user1"]
     assert result["passivity"]["components"] == []

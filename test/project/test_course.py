@@ -11,7 +11,6 @@ from decimal import Decimal
 from pathlib import Path
 
 import pytest
-from support.simulated import unsearched
 
 from course.first_half import HUM
 from course.page import Watched, watch
@@ -53,8 +52,7 @@ def sessions(name):
     of the first step are run by it, and read from the folder that it wrote.
     """
     (step,) = [step for step in STEPS if step.name == name]
-    with unsearched():  # limits of stability are asked for apart
-        return dict(run_as_printed(step))
+    return dict(run_as_printed(step))
 
 
 def run_as_printed(step):

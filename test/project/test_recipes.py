@@ -16,10 +16,10 @@ import pytest
 from support import handmade
 from support.command_line import here
 from support.lab import install
-from support.simulated import quick_summary
 
 from pmwvc_analysis.figures import figures
 from pmwvc_analysis.traces.consistency import inconsistencies
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import commands, scenarios
 from pmwvc_bringup.cli import ORDER, library
 from pmwvc_core.server.couplings import COUPLINGS
@@ -95,7 +95,7 @@ def test_every_file_that_the_page_names_exists():
 def test_recipe_of_a_scenario(tmp_path):
     (tmp_path / "soft_wall.yaml").write_text(code("scenario", "yaml"))
     scenario = scenarios.load(str(tmp_path / "soft_wall.yaml"))
-    found = quick_summary(simulate_one(scenario), scenario)
+    found = summary(simulate_one(scenario), scenario)
     assert found["scenario"] == "soft_wall"
     assert found["stable"] is True
     (user,) = found["users"]
@@ -142,7 +142,7 @@ def test_recipe_of_a_coupling(tmp_path, monkeypatch):
         scenario = scenarios.load("wall", settings_texts=texts, duration_s=4.0)
         traces = ran[coupling, integrator] = simulate_one(scenario)
         assert inconsistencies(traces, scenario) == []
-        assert quick_summary(traces, scenario)["stable"] is True
+        assert summary(traces, scenario)["stable"] is True
     forces = [traces.server.f_s[0] for traces in ran.values()]
     np.testing.assert_array_equal(forces[0], forces[1])
     assert np.abs(forces[0] - forces[2]).max() > 1e-3  # the control: the integrator matters

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
-from support.simulated import quick_summary
 from support.verdicts import given_while_still_j
 
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame import LIVE
 from pmwvc_core.simulation.conditions import Conditions
@@ -37,7 +37,7 @@ def stalled(stalls, *more):
 
 
 def judged(scenario, traces):
-    return quick_summary(traces, scenario, budget(traces, scenario))
+    return summary(traces, scenario, budget(traces, scenario))
 
 
 @example(stalls=[(2100, 100)])

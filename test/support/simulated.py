@@ -5,10 +5,9 @@
 ::
 
     traces = simulated(scenario)         # read-only; a ``copy.deepcopy`` may be changed
-    result = judged(scenario)            # but for ``k_max``
+    result = judged(scenario)
 """
 
-import contextlib
 import copy
 import dataclasses
 import functools
@@ -16,11 +15,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-import pytest
 
-from pmwvc_analysis.budget.result import Budget
-from pmwvc_analysis.models import stability
-from pmwvc_analysis.prediction import prediction
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
@@ -45,31 +40,7 @@ def judged(scenario: Scenario) -> dict[str, Any]:
 
 @functools.lru_cache(maxsize=KEPT)
 def _judged(scenario: Scenario) -> dict[str, Any]:
-    return quick_summary(simulated(scenario), scenario)
-
-
-def quick_summary(
-    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None = None
-) -> dict[str, Any]:
-    """Return the summary of a session but for ``k_max``."""
-    with unsearched():
-        return summary(traces, scenario, energies)
-
-
-@contextlib.contextmanager
-def unsearched() -> Iterator[None]:
-    """Leave out the search for the largest stiffness: nine tenths of a summary's prediction, one
-    second, and of no verdict. Nothing of it is kept for those who ask for more.
-    """
-
-    def nothing(scenario: Scenario, **rest: Any) -> stability.StabilityLimit:
-        return stability.StabilityLimit(None, stability.BOUND, [], "not searched")
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stability, "k_max", nothing)
-        for name in ("exact", "answer"):
-            patch.setattr(prediction, name, getattr(prediction, name).__wrapped__)
-        yield
+    return summary(simulated(scenario), scenario)
 
 
 def _arrays(value: Any) -> Iterator[np.ndarray]:

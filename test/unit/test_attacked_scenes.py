@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.scenes import scene, written
-from support.simulated import quick_summary
 from support.vendor_setup import vendor_setup
 
 from pmwvc_analysis.events.events import complete
@@ -19,6 +18,7 @@ from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_analysis.figures.recorded import conditions
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.stages import until
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.scenarios import load
 from pmwvc_bringup.session import surroundings
@@ -201,7 +201,7 @@ def test_the_report_says_what_was_written_into_the_model(door):
     found = []
     for written_in in (traces.server.scene, {}):
         said = replace(traces, server=replace(traces.server, scene=written_in))
-        page = render(said, scenario, quick_summary(said, scenario), [])
+        page = render(said, scenario, summary(said, scenario), [])
         found += [re.findall(r"Scene options, written into the model[^<]*", page)]
     ((text,), nothing) = found
     assert ": cone elliptic, impratio 100.0, " in text

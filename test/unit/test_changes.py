@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from support import plain as scenarios
 from support.handmade import oscillating
-from support.simulated import quick_summary
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.events import events
 from pmwvc_analysis.traces.consistency import inconsistencies
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.names import Change, changes_text, over_time, read_changes
 from pmwvc_core.simulation.session import SteppedSession, simulate, simulate_one
@@ -58,7 +58,7 @@ def test_without_the_changes_neither_budget_nor_record_would_fit(changed):
 
 def test_nothing_is_predicted_falsely_and_changes_are_events(changed):
     traces, scenario = changed
-    found = quick_summary(traces, scenario, budget(traces, scenario))
+    found = summary(traces, scenario, budget(traces, scenario))
     assert found["passivity"]["passive"] is True
     assert [each["hit"] for each in found["outcomes"]] == [None]
     text = found["outcomes"][0]["text"]
@@ -71,9 +71,9 @@ def test_nothing_is_predicted_falsely_and_changes_are_events(changed):
 def test_no_offset_is_judged_behind_a_change():
     other = carrying("2.5 server.impedance=8 master.impedance=8", task__kind="hold")
     traces = simulate_one(other)
-    assert [each["hit"] for each in quick_summary(traces, other)["outcomes"]] == [None]
+    assert [each["hit"] for each in summary(traces, other)["outcomes"]] == [None]
     constant = replace(other, changes="")
-    control = quick_summary(traces, constant)["outcomes"]
+    control = summary(traces, constant)["outcomes"]
     assert False in [each["hit"] for each in control]
 
 
@@ -82,7 +82,7 @@ def test_a_vibration_is_judged_from_the_last_change_on(at_s, stable):
     """Shortly before the end it is not known whether it decays."""
     scenario = carrying(f"{at_s} server.contact_damping=11", task__kind="hold")
     traces = oscillating(simulate_one(scenario), rms_m_s=20e-3, hertz=30.0)
-    found = quick_summary(traces, scenario)
+    found = summary(traces, scenario)
     assert found["stable"] is stable
     assert ("a parameter changed 0.40 s before" in found["stability"]["text"]) is (stable is None)
 

@@ -13,16 +13,14 @@ import sys
 import pytest
 import yaml
 from support.command_line import ROOT, call, here, refused
-from support.simulated import unsearched
 
 COMMANDS = ("run", "simulate", "report", "replay", "compare", "node", "scenarios", "doctor")
 
 
 @pytest.fixture
 def pmwvc(tmp_path):
-    """The command line in this process, without the search for the largest stiffness."""
-    with unsearched():
-        yield functools.partial(here, cwd=tmp_path)
+    """The command line in this process."""
+    return functools.partial(here, cwd=tmp_path)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -8,7 +8,6 @@ import json
 import pytest
 from support.command_line import here as pmwvc
 from support.command_line import refused
-from support.simulated import unsearched
 
 from pmwvc_analysis.compare import settings
 
@@ -18,8 +17,7 @@ def compared(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compared")
     over = ["--over", "link.delay_s=0.016", "--over", "controller=pmwvc,direct"]
     words = ["wall", "--duration", "2", *over, "--set", "link.loss=0.1", "--out", "all"]
-    with unsearched():
-        result = pmwvc("compare", *words, "--json", cwd=folder)
+    result = pmwvc("compare", *words, "--json", cwd=folder)
     assert result.returncode == 0, result.stderr
     return folder / "all", json.loads(result.stdout)
 
@@ -82,9 +80,8 @@ def test_a_row_says_how_its_parameters_were_found(tmp_path, monkeypatch):
 def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
     folder, found = compared
     place = folder / found["sessions"][0]["folder"]
-    with unsearched():
-        words = ("replay", place, "--out", "again", "--no-figures", "--json")
-        result = pmwvc(*words, cwd=tmp_path)
+    words = ("replay", place, "--out", "again", "--no-figures", "--json")
+    result = pmwvc(*words, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     again = json.loads(result.stdout)
     assert again["exact"] is again["reproduced"] is True

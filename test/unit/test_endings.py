@@ -9,7 +9,6 @@ import pytest
 from support import handmade
 from support import plain as files
 from support.handmade import FORCE_N
-from support.simulated import quick_summary
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.events.events import complete
@@ -38,14 +37,14 @@ def disturbed(start_s, end_s, *, at_server=False):
 
 
 def checked(traces, **overrides):
-    return quick_summary(traces, handmade.scenario(duration_s=DURATION_S, **overrides))["check"]
+    return summary(traces, handmade.scenario(duration_s=DURATION_S, **overrides))["check"]
 
 
 @pytest.mark.parametrize("channel", ["plain", "strict"])
 def test_a_session_in_which_nothing_ever_arrived_is_not_judged_and_does_not_pass(channel):
     texts = [f"channel={channel}", "link.loss=1"]
     scenario = scenarios.load("carry_16ms", settings_texts=texts, duration_s=4.0)
-    found = quick_summary(simulate_one(scenario), scenario)
+    found = summary(simulate_one(scenario), scenario)
     assert found["stable"] is None
     assert "Predicted stable: it was." not in [each["text"] for each in found["outcomes"]]
     assert not found["check"]["passed"]

@@ -6,12 +6,12 @@ import functools
 
 import pytest
 from support import plain as scenarios
-from support.simulated import quick_summary
 
 from pmwvc_analysis.events import limits
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
 
@@ -30,7 +30,7 @@ def pressed(stiffness, damping, *settings):
 
 def test_a_lost_wall_is_not_stable_and_the_amount_is_the_distance_of_device_and_avatar():
     traces, scenario = pressed(2000, 10)
-    result = quick_summary(traces, scenario)
+    result = summary(traces, scenario)
     user = result["users"][0]
     assert abs(user["force_final_n"]) < 0.01
     assert result["stable"] is False
@@ -45,7 +45,7 @@ def test_a_lost_wall_is_not_stable_and_the_amount_is_the_distance_of_device_and_
 
 def test_a_limited_wall_that_holds_is_stable_and_states_the_amount():
     traces, scenario = pressed(2000, 0)
-    user = quick_summary(traces, scenario)["users"][0]
+    user = summary(traces, scenario)["users"][0]
     assert verdict(traces, scenario).stable
     assert user["force_final_n"] > 0.9
     assert 0.2e-3 < user["environment_limited"]["position_m"] < 1e-3
@@ -53,7 +53,7 @@ def test_a_limited_wall_that_holds_is_stable_and_states_the_amount():
 
 def test_a_wall_within_the_rule_is_not_limited():
     traces, scenario = pressed(500, 0)
-    assert quick_summary(traces, scenario)["users"][0]["environment_limited"] is None
+    assert summary(traces, scenario)["users"][0]["environment_limited"] is None
     assert limits.withheld(traces, scenario) == {}
     assert prediction(scenario, live=False)["environment_limited"] is False
 
@@ -67,7 +67,7 @@ def test_the_limit_is_predicted_and_neither_stability_nor_stiffness_is_promised(
     assert "K T + 2B = 60 N s/m, above 25 N s/m: the server port will limit" in said
     assert "Every part is passive" not in said
     assert "1450" not in said
-    text = " ".join(each["text"] for each in quick_summary(traces, scenario)["outcomes"])
+    text = " ".join(each["text"] for each in summary(traces, scenario)["outcomes"])
     assert text == "No stability was predicted; the session was not stable."
 
 
@@ -81,7 +81,7 @@ def test_two_users_share_what_was_withheld():
 
 def test_without_the_scenario_nothing_is_claimed():
     traces, _ = pressed(2000, 10)
-    assert quick_summary(traces, None)["users"][0]["environment_limited"] is None
+    assert summary(traces, None)["users"][0]["environment_limited"] is None
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_a_learned_wall_leaves_the_device_where_the_link_alone_does(channel, sti
     texts = [f"server.contact_stiffness={stiffness}", f"server.gap_m={gap_m}"]
     scenario = scenarios.load("wall_slow", settings_texts=[*texts, f"channel={channel}"])
     traces = simulate_one(scenario)
-    found = quick_summary(traces, scenario)
+    found = summary(traces, scenario)
     (offset,) = [each for each in found["outcomes"] if each["what"] == "offset"]
     assert offset["hit"] is True, offset["text"]
     assert offset["measured"] == pytest.approx(offset["predicted"], abs=0.3e-3)

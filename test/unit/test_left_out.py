@@ -5,13 +5,13 @@
 import pytest
 from support import plain as files
 from support.rewriting import unequal
-from support.simulated import quick_summary
 
 from pmwvc_analysis.compare.measures import measures
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import exact, replay
 from pmwvc_analysis.traces.consistency import inconsistencies
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.simulation.session import simulate_one
 
@@ -32,7 +32,7 @@ def test_what_was_left_out_and_what_it_costs_is_reported():
     with_ = strict(*WEBER, duration_s=10.0)  # by then the lag of the first waits is caught up
     without = strict()
     traces, other = simulate_one(with_), simulate_one(without)
-    found = quick_summary(traces, with_)
+    found = summary(traces, with_)
     for each in found["receptions"]:
         assert 0.5 < each["left_out"] < 0.67  # at most two of three: 24 ms are three frames
         assert each["counts"]["lost"] == 0

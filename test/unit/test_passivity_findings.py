@@ -9,7 +9,6 @@ import re
 import numpy as np
 import pytest
 from support import handmade
-from support.simulated import quick_summary
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.criterion import Balance, together
@@ -21,6 +20,7 @@ from pmwvc_analysis.verdicts.passivity import (
     passivity,
     verdict,
 )
+from pmwvc_analysis.verdicts.verdicts import summary
 
 TIME_S = np.array([0.0, 1.0, 2.0])
 HOLE = Unjudged(0.5, 1.5, "not recorded")
@@ -75,7 +75,7 @@ def test_summary_budget_and_report_agree_and_name_amount_and_tolerance(gain):
     traces, scenario = handmade.session(gain=gain), handmade.scenario()
     energies = budget(traces, scenario)
     found = passivity(traces, scenario, energies)
-    result = quick_summary(traces, scenario, energies)
+    result = summary(traces, scenario, energies)
     page = render(traces, scenario, result, [], energies)
     passive = gain == 1.0
     assert all(user["passive"] is passive for user in result["users"])

@@ -5,18 +5,10 @@
 import pytest
 from support import handmade
 from support import plain as scenarios
-from support.simulated import unsearched
 
 from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import lines
-
-
-@pytest.fixture(autouse=True)
-def quick():
-    """Nothing here asks for the largest stiffness."""
-    with unsearched():
-        yield
 
 
 def controlled(**overrides):

@@ -32,7 +32,7 @@ LINK_KEYS = set(
     "name sent received lost duplicated reordered corrupted dropped delay_s rate_hz".split()
 )
 PREDICTION_KEYS = set(
-    "spectral_radius stable k_max any_delay loop_gain aliasing_gain k_felt mass_felt "
+    "spectral_radius stable any_delay loop_gain aliasing_gain k_felt mass_felt "
     "environment_limited left_out".split()
 )
 PERCENTILES = {"p50", "p99", "max"}

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import stable
-from pmwvc_analysis.models.stability import StabilityLimit
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.words import count
 
@@ -19,7 +18,6 @@ class Exact(NamedTuple):
 
     spectral_radius: float  # per hyperperiod
     growth_per_s: float | None  # of the slowest motion, negative: decay; None: nothing moves
-    limit: StabilityLimit
     rigid_body_modes: int  # taken out of the states
     states: int
     hyperperiod_ticks: int
@@ -36,32 +34,30 @@ def exact(scenario: Scenario, *, live: bool) -> Exact:
     model = stability.model_of(scenario, live=live)
     radius, hyperperiod_s = float(model.radii()[0]), model.ticks * scenario.tick_s
     growth_per_s = math.log(radius) / hyperperiod_s if radius else None
-    limit = stability.k_max(scenario, live=live)
-    return Exact(radius, growth_per_s, limit, model.motions, model.count, model.ticks)
+    return Exact(radius, growth_per_s, model.motions, model.count, model.ticks)
 
 
 def answer(scenario: Scenario, *, live: bool = False) -> dict[str, Any]:
     """Return the document of ``--json``: ``k_max`` is None where nothing up to ``k_max_bound`` is
     unstable, unless ``k_max_unknown`` says why; ``islands`` are stable ranges above.
     """
-    found = exact(scenario, live=live)
-    numbers = {name: value for name, value in found._asdict().items() if name != "limit"}
+    found, limit = exact(scenario, live=live), stability.k_max(scenario, live=live)
     return {
         "scenario": scenario.name,
         "live": live,
         "stable": found.stable,
-        **numbers,
-        "k_max": found.limit.first,
-        "k_max_bound": found.limit.bound,
-        "k_max_unknown": found.limit.unknown,
-        "islands": [list(island) for island in found.limit.islands],
+        **found._asdict(),
+        "k_max": limit.first,
+        "k_max_bound": limit.bound,
+        "k_max_unknown": limit.unknown,
+        "islands": [list(island) for island in limit.islands],
         "notes": notes_of(scenario),
     }
 
 
 def sentences(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the same in words."""
-    found = exact(scenario, live=live)
+    found, limit = exact(scenario, live=live), stability.k_max(scenario, live=live)
     word, rate = "stable" if found.stable else "NOT stable", found.growth_per_s
     lines = [f"{scenario.name}: {word}, spectral radius {found.spectral_radius:.7g}"]
     if rate and not (rate > 0.0 and found.stable):  # else slower than what counts as growth
@@ -69,8 +65,8 @@ def sentences(scenario: Scenario, *, live: bool) -> list[str]:
         lines.append(f"  slowest motion: {course}, time constant {1.0 / abs(rate):.3g} s")
     elif rate is not None:
         lines.append("  slowest motion: neither grows nor decays")
-    lines.append(f"  {found.limit.text}")
-    lines += [f"  stable again from {a:.1f} to {b:.1f} N/m" for a, b in found.limit.islands]
+    lines.append(f"  {limit.text}")
+    lines += [f"  stable again from {a:.1f} to {b:.1f} N/m" for a, b in limit.islands]
     lines.append(
         f"  model: {count(found.states, 'state')}, hyperperiod of "
         f"{count(found.hyperperiod_ticks, 'tick')}, "

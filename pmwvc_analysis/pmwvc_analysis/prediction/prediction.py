@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The prediction for a scenario: stability, aliasing, and the rendering of the link.
 
-Stability, spectral radius and the largest contact stiffness are those of the exact model
-(:mod:`pmwvc_analysis.models`): hands off, all contacts touching, every packet after its constant
-delay. A nonlinear scenario has no such model; then stability is predicted only by a proof for any
-constant delay (:mod:`pmwvc_analysis.models.any_delay`), and only if the nearest linear scenario
-does not contradict it. Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
+Stability and spectral radius are those of the exact model (:mod:`pmwvc_analysis.models`): hands
+off, all contacts touching, every packet after its constant delay. A nonlinear scenario has no such
+model; then stability is predicted only by a proof for any constant delay
+(:mod:`pmwvc_analysis.models.any_delay`), and only if the nearest linear scenario does not
+contradict it. Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
 """
 
 import contextlib
@@ -78,9 +78,8 @@ def growth_per_s(scenario: Scenario, *, live: bool) -> float | None:
 def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
     """Return the ``prediction`` of a summary; the user who is worst off counts.
 
-    ``spectral_radius``, ``stable`` and ``k_max`` are None where there is no exact model (but
-    ``stable`` is True where ``any_delay``, the proof, holds), ``k_max`` also where no contact
-    stiffness up to ``stability.BOUND`` is unstable. ``loop_gain`` is the largest gain once around
+    ``spectral_radius`` and ``stable`` are None where there is no exact model (but ``stable`` is
+    True where ``any_delay``, the proof, holds). ``loop_gain`` is the largest gain once around
     the loop (None without waves or such a gain), ``k_felt`` and ``mass_felt`` are None where more
     than the lag decides them, ``left_out`` are the effects of links that no prediction has.
     """
@@ -89,7 +88,6 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
     values: dict[str, Any] = {
         "spectral_radius": model.spectral_radius if model else None,
         "stable": found.stable,
-        "k_max": model.limit.first if model else None,
         "any_delay": found.proved if proof else None,
         "loop_gain": proof.gain if proof else None,
         "aliasing_gain": None,

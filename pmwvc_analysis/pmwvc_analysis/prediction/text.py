@@ -133,7 +133,7 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
 def _stability_lines(scenario: Scenario, known: prediction.StabilityAnswer) -> list[str]:
     """Return stability by the exact model: of the scenario, or of the nearest linear one."""
     if known.exact is not None:
-        return [f"{_stability(known.exact)} (hands off)."]
+        return [f"{_stability(known.exact)}, hands off."]
     elements = ", ".join(dict.fromkeys(element.text for element in nonlinear(scenario)))
     if known.near is None:
         if elements:
@@ -148,7 +148,7 @@ def _stability_lines(scenario: Scenario, known: prediction.StabilityAnswer) -> l
 
 def _stability(model: Exact) -> str:
     word = "Stable" if model.stable else "NOT stable"
-    return f"{word}: spectral radius {model.spectral_radius:.5g}; {model.limit.text}"
+    return f"{word}: spectral radius {model.spectral_radius:.5g}"
 
 
 def _storage_lines(scenario: Scenario) -> list[str]:

@@ -28,7 +28,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, SessionTraces, UserTraces
 
 PREDICTION_KEYS = (
-    "spectral_radius", "stable", "k_max", "any_delay", "loop_gain", "aliasing_gain", "k_felt",
+    "spectral_radius", "stable", "any_delay", "loop_gain", "aliasing_gain", "k_felt",
     "mass_felt", "environment_limited", "left_out",
 )  # fmt: skip
 NAMES = {"least_j": "least_balance_j", "counts_j": "encoder_bound_j", "unjudged": "not_judged"}
