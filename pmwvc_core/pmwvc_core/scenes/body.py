@@ -27,7 +27,6 @@ from scipy.spatial.transform import Rotation
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.quaternions import of_matrix
-from pmwvc_core.scenes.description import FORMAT
 from pmwvc_core.scenes.kinematics import Poses, Shape, by_velocities, moved, points_at, slope_of
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
@@ -137,7 +136,7 @@ class Box:
             for user, (name, size) in enumerate(zip(names, sizes, strict=True), -2)
         ]  # fmt: skip
         fixed = {"table": [0.0, 0.0, self._table_z - THIN_M, *NOT_TURNED]}
-        return {"format": FORMAT, "shapes": shapes, "fixed": fixed, "origin": [0.0] * 3}
+        return {"shapes": shapes, "fixed": fixed, "origin": [0.0] * 3}
 
     def join(self, user: int, position: Array) -> None:
         """Put a handle where the avatar is, ``(dof,)`` [m]."""

@@ -13,7 +13,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-FORMAT = 1
 FIRST_HIDDEN = 3  # group of geoms that MuJoCo's own pictures leave out, and those above
 KINDS = {0: "plane", 2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
 NO_COLOR = (0.5, 0.5, 0.5, 1.0)  # what a geom without one has in MuJoCo
@@ -25,7 +24,6 @@ def described(model: Any, data: Any, names: Sequence[str], whose: Sequence[int])
     """
     poses = zip(names, data.xpos.tolist(), data.xquat.tolist(), model.body_weldid, strict=True)
     return {
-        "format": FORMAT,
         "shapes": [
             _shape(model, geom, names) | {"user": int(whose[geom])}
             for geom, kind in enumerate(model.geom_type.tolist())

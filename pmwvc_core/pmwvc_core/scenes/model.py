@@ -143,10 +143,8 @@ def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
             near = hint(name, [body.name for body in spec.bodies if body.name])
             raise ParameterError(f"server.handles = {text!r}: no body is named {name!r}{near}")
         if body.joints or body.parent is not spec.worldbody:
-            raise ParameterError(
-                f"server.handles: {name!r} must be a child of worldbody without joints; it gets "
-                "those of a handle"
-            )
+            needed = "must be a child of worldbody without joints: it gets its own"
+            raise ParameterError(f"server.handles: {name!r} {needed}")
         found.append(body)
     return found
 
@@ -155,8 +153,8 @@ def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> dict[
     """Write what the file leaves as MuJoCo has it; return what was written."""
     if option.timestep > period_s:
         raise ParameterError(
-            f"{where}: its timestep of {option.timestep:g} s is longer than server.period_s = "
-            f"{period_s:g} s, in which all its forces have to be found; shorten it"
+            f"{where}: its timestep of {option.timestep:g} s is longer than "
+            f"server.period_s = {period_s:g} s"
         )
     written: dict[str, Any] = {}
     if option.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
@@ -172,10 +170,9 @@ def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> dict[
 
 def _check_masses(model: Any, fingers: set[int], where: str) -> None:
     bodies = [model.body(number) for number in range(1, model.nbody) if number not in fingers]
-    heavy = max(bodies, key=lambda body: body.mass[0], default=None)
-    light = min((body for body in bodies if body.mass[0]), key=lambda b: b.mass[0], default=None)
-    if heavy and light and heavy.mass[0] > LARGEST_RATIO * light.mass[0]:
+    known = sorted((body for body in bodies if body.mass[0]), key=lambda body: body.mass[0])
+    if known and (ratio := known[-1].mass[0] / known[0].mass[0]) > LARGEST_RATIO:
         raise ParameterError(
-            f"{where}: {heavy.name!r} has {heavy.mass[0] / light.mass[0]:.3g} times the mass of "
-            f"{light.name!r}; above {LARGEST_RATIO:g} contacts are not solved: change a mass"
+            f"{where}: {known[-1].name!r} has {ratio:.3g} times the mass of {known[0].name!r}; "
+            f"above {LARGEST_RATIO:g} contacts are not solved: change a mass"
         )

@@ -229,8 +229,7 @@ class MujocoScene:
             names = [repr(g.name or f"a geom of {self._names[g.bodyid[0]]}") for g in geoms]
             raise ParameterError(
                 f"server.scene = {setup.server.scene!r}: {names[0]} and {names[1]} overlap, which "
-                "would push them apart with energy of its own; move one, or set "
-                "server.settle = true"
+                "is energy that moves them; move one, or set server.settle = true"
             )
 
     def _require_motion(self) -> None:

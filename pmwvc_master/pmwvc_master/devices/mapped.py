@@ -20,7 +20,7 @@ from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.safety.limits import FADE_S
 from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, times, within, zero
-from pmwvc_core.numeric import LARGEST, Array, Value
+from pmwvc_core.numeric import LARGEST, Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_master.devices import PLUGINS, DeviceInfo, DeviceSample, DeviceSetup, HapticDevice
 from pmwvc_master.devices.plausible import Plausible
@@ -44,11 +44,11 @@ class Mapped:
     def __init__(self, device: HapticDevice, setup: DeviceSetup) -> None:
         given, info = setup.device, device.info
         self._device, self.info = device, replace(info, dof=setup.dof)
-        self.open, self.couple, self.close = device.open, device.couple, device.close
-        matrix = matrix_of(info, given)[: setup.dof]
-        self._axes = tuple(abs(matrix).argmax(axis=1).tolist())  # of the device, by row of S
-        self._s: Vector = tuple(matrix.sum(axis=1).tolist())  # the entry of each row
-        self._per_s: Vector = tuple(1.0 / s for s in self._s)  # f_h . dd = f_h / S . dx
+        self.open, self.couple, self.stop = device.open, device.couple, device.stop
+        self.close = device.close
+        axes, factors = axes_of(info, given)
+        self._axes, self._s = axes[: setup.dof], factors[: setup.dof]
+        self._per_s: Vector = tuple(1.0 / s for s in self._s)  # f_h . dd = (f_h / S) . dx
         if given.clutch > info.buttons:
             text = f"{info.model} has {info.buttons} buttons; call ~/clutch instead"
             raise DeviceError(f"device.clutch = {given.clutch}: {text}")
@@ -56,8 +56,7 @@ class Mapped:
         self.slew_n, self._step = setup.max_slew_n_s * setup.tick_s, setup.tick_s / FADE_S
         offset = (given.offset_x_m, given.offset_y_m, given.offset_z_m, 0.0, 0.0, 0.0)
         self._shift = self._x = scaled(offset[: setup.dof], float(not given.is_simulated))
-        self._at: Vector = zero(self._x)
-        self._f: Vector = (0.0,) * info.dof
+        self._at, self._f = zero(self._x), (0.0,) * info.dof
         self._c, self._uncoupled, self._went = 1.0, False, False
         self.uncoupled = False  # whether the avatar does not follow the hand
         self._sample = DeviceSample(value(self._x), value(self._at), value(self._at))
@@ -84,10 +83,10 @@ class Mapped:
             self._x, self._at = x, at
         own.x, own.xd = value(x), value(scaled(self._of_device(there.xd, self._s), c))
         self._went = self._went or c < 1.0  # from then on the orientation follows the way
-        own.orientation = ()
-        if there.orientation and not self._went:
-            turn = self._of_device(np.array((0.0, 0.0, 0.0, *there.orientation[:3])), self._s)
-            own.orientation = (*turn[3:], there.orientation[3])
+        own.orientation, q = (), there.orientation
+        if q and not self._went:
+            turned = zip(self._axes[3:], self._s[3:], strict=True)
+            own.orientation = (*(q[axis - 3] * factor for axis, factor in turned), q[3])
         own.f_h = value(scaled(self._of_device(there.f_h, self._per_s), c))
         return own
 
@@ -98,13 +97,12 @@ class Mapped:
 
     def write(self, f_m: Value) -> None:
         """Push the hand with its part of the force."""
-        f = [0.0] * len(self._f)
         wanted = times(vector(f_m, len(self._s)), self._s)
-        for axis, along in zip(self._axes, wanted, strict=True):
-            f[axis] = along
-        self._c = self._coupling(tuple(f))
+        along = dict(zip(self._axes, wanted, strict=True))
+        f = tuple([along.get(axis, 0.0) for axis in range(len(self._f))])
+        self._c = self._coupling(f)
         self.uncoupled = self._c < 1.0
-        self._f = scaled(tuple(f), self._c)
+        self._f = scaled(f, self._c)
         self._device.write(value(self._f))
 
     def _coupling(self, f: Vector) -> float:
@@ -119,26 +117,20 @@ class Mapped:
         way = math.sqrt(max(square, 0.0))
         return min(max(wanted, middle - way, 0.0), middle + way, 1.0)
 
-    def stop(self) -> None:
-        """Set the force to zero."""
-        self._f = zero(self._f)
-        self._device.stop()
 
-
-def matrix_of(info: DeviceInfo, given: DeviceParams) -> Array:
-    """Return the matrix from motion of a device to that of its avatar; DeviceError for axes that
-    the device has not.
+def axes_of(info: DeviceInfo, given: DeviceParams) -> tuple[tuple[int, ...], Vector]:
+    """Return the axis of a device along each one of its avatar, and the entry of S; DeviceError
+    for axes that the device has not.
     """
     names = "xyz"[: info.dof]
     words = ((not given.is_simulated and given.axes) or info.axes or " ".join(names)).split()
     if sorted(word[-1] for word in words) != list(names):
         needs = f"{info.model} has {' '.join(names)}; each must be there once"
         raise DeviceError(f"device.axes = {given.axes!r}: {needs}, like 'y -x z'")
-    turned = np.array(
-        [[(-1.0) ** (word[0] == "-") * (word[-1] == n) for n in names] for word in words]
-    )
-    matrix = np.eye(info.dof)
-    matrix[:3, :3] = given.scale * turned
-    if info.dof > len(turned):  # a turn is mirrored where the axes are
-        matrix[3:, 3:] = np.round(np.linalg.det(turned)) * turned
-    return matrix
+    axes = tuple(names.index(word[-1]) for word in words)
+    signs = tuple(-1.0 if word[0] == "-" else 1.0 for word in words)
+    if info.dof <= len(words):
+        return axes, scaled(signs, given.scale)
+    mirror = float(np.linalg.det(np.diag(signs)[:, axes]).round())  # a turn is mirrored like axes
+    turns = tuple(3 + axis for axis in axes)
+    return axes + turns, scaled(signs, given.scale) + scaled(signs, mirror)
