@@ -16,7 +16,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import thresholds as th
@@ -70,6 +69,8 @@ def _touches(server: ServerTraces, user: int, part: str, body: str, *, alone: bo
 
 def _place(server: ServerTraces, user: int, part: str, body: str, stiffness: float) -> Array:
     """Return q ``(step, 3)`` [m]."""
+    from scipy.spatial.transform import Rotation  # takes long to import, and only this needs it
+
     force = np.nan_to_num(server.f_s[user][:, :3])
     bent = np.pad(force / max(stiffness, 1.0), [(0, 0), (0, 3 - force.shape[1])])
     away = server.poses[part][:, :3] - server.poses[body][:, :3] - bent

@@ -26,7 +26,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from pmwvc_analysis.models.linear import axes_of, nonlinear, outside
 from pmwvc_analysis.models.matrices import matrices, reduced
@@ -172,6 +171,8 @@ def _ends(scenario: Scenario, *, live: bool) -> list[PacketEnd]:
 
 def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
     """Return the largest gain over angles per packet [rad], and where, refined between them."""
+    from scipy.optimize import minimize_scalar  # takes long to import, and only this needs it
+
     values = gain(angle)
     best = int(np.argmax(values))
     found = float(values[best]), float(angle[best])

@@ -182,7 +182,7 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
 
 def sum_of_turns(q: Array) -> Array:
     """Return the turns since the identity, added up, for orientations ``(row, 4)`` [rad]."""
-    from scipy.spatial.transform import Rotation  # takes long; only a hand needs it
+    from scipy.spatial.transform import Rotation  # takes long to import, and only this needs it
 
     every = Rotation.from_quat(np.vstack([IDENTITY, q]))
     return np.cumsum((every[1:] * every[:-1].inv()).as_rotvec(), axis=0)

@@ -28,7 +28,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from pmwvc_analysis.recording import clocks, schemas
 from pmwvc_core.numeric import Flags
@@ -200,4 +199,5 @@ def _continuing(series: Series) -> list[bool]:
 def _as_neighbours(times_ns: NDArray[Any]) -> Flags:
     """Tell which times are less than ``CLOCK_NS`` and a usual step off the median of five."""
     most_ns = CLOCK_NS + np.median(np.diff(times_ns, prepend=times_ns[:1]))
-    return np.asarray(np.abs(times_ns - median_filter(times_ns, 5, mode="reflect")) < most_ns)
+    fives = np.lib.stride_tricks.sliding_window_view(np.pad(times_ns, 2, mode="symmetric"), 5)
+    return np.asarray(np.abs(times_ns - np.median(fives, axis=-1)) < most_ns)

@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from typing import Any, Literal
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from pmwvc_analysis.traces.thresholds import FINAL_S
 from pmwvc_core.account import continued
@@ -110,14 +109,16 @@ def _above(
     """Return the part above a frequency for each factor of its spectrum. Behind the end the
     signal goes on as far as makes a length that is transformed fast.
     """
+    from scipy import fft  # takes long to import, and only this needs it
+
     rows = len(values)
     if band_hz * period_s >= HIGHEST or rows < 30:
         return [np.zeros_like(values) for _ in factors]
     pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
-    count = next_fast_len(rows + 2 * pad, real=True)
+    count = fft.next_fast_len(rows + 2 * pad, real=True)
     wide = [(pad, count - rows - pad), *[(0, 0)] * (values.ndim - 1)]
     whole = np.pad(values, wide, "reflect", reflect_type=ends)
-    ratio = rfftfreq(count, period_s) / band_hz
+    ratio = fft.rfftfreq(count, period_s) / band_hz
     passed = ratio**8 / (1.0 + ratio**8)
-    spectrum = rfft(whole, axis=0) * passed.reshape(-1, *[1] * (values.ndim - 1))
-    return [irfft(factor * spectrum, count, axis=0)[pad : pad + rows] for factor in factors]
+    spectrum = fft.rfft(whole, axis=0) * passed.reshape(-1, *[1] * (values.ndim - 1))
+    return [fft.irfft(factor * spectrum, count, axis=0)[pad : pad + rows] for factor in factors]
