@@ -19,9 +19,11 @@ run: setup  ## a session of two users carrying a cube over 16 ms links
 live: setup  ## a session to take part in, in the browser
 	@./pmwvc run live_alone --view
 
+LIVE := test/browser test/integration
+
 test: setup  ## all tests (15 minutes on two cores)
-	@echo "all tests, live sessions beside the others: 15 minutes on two cores, more on slow ones"
-	@$(PY) -m pytest -n auto
+	@echo "all tests, live sessions first and alone: 15 minutes on two cores, more on slow ones"
+	@$(PY) -m pytest $(LIVE); live=$$?; $(PY) -m pytest -n auto $(LIVE:%=--ignore=%) && exit $$live
 
 lint: setup  ## format, lint and type checks
 	@$(PY) -m ruff check .

@@ -16,14 +16,6 @@ RECORDED_DATA = Path(__file__).parent / "data"
 # Quick ones first.
 ORDER = ("project", "law", "unit", "property", "oracle", "browser", "integration")
 LIVE = ("browser", "integration")  # with real nodes or a browser
-# Of these the nodes are one by one, with the test as their peer: they may run beside sessions.
-SINGLE = {
-    f"test_{name}.py"
-    for name in (
-        *("environments", "mapped_device", "master", "netem", "node_ends", "node_settings"),
-        *("recorder", "six_axes", "wrong_token"),
-    )
-}
 # Fakes of one device have one serial number, which only one process may claim at a time.
 FAKES = {
     f"test_{name}.py"
@@ -32,11 +24,8 @@ FAKES = {
         *("touch", "vendor_devices"),
     )
 }
-NICENESS = 10  # of tests that only compute, beside live nodes
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # On several workers they come first: they wait more than they compute, and last they would
-    # keep the other workers waiting, as would a long file: those of the law, minutes each, come
-    # next, and the short ones last.
+    # On several workers long files come first: last they would keep the other workers waiting.
     ORDER = (*LIVE, "law", "oracle", "project", "property", "unit")
 
 
@@ -55,21 +44,15 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
 class ByFile(LoadScopeScheduling):
-    """The tests of a file on one worker, so that what they share is made once; all sessions with
-    live nodes on one: two 1 kHz sessions at once are not two users.
+    """The tests of a file on one worker, so that what they share is made once; all with live nodes
+    on one: two 1 kHz sessions at once are not two users.
     """
 
     def _split_scope(self, nodeid: str) -> str:
         file = Path(nodeid.partition("::")[0])
         if file.name in FAKES:
             return "fakes"
-        sessions = file.parts[1] in LIVE and file.name not in SINGLE
-        return "live" if sessions else str(file)
-
-
-def pytest_xdist_auto_num_workers() -> int:
-    """Return one worker more than processors: the one with live nodes mostly waits."""
-    return len(os.sched_getaffinity(0)) + 1
+        return "live" if file.parts[1] in LIVE else str(file)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> ByFile:
@@ -80,12 +63,6 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> ByFile:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the tests in order."""
     items.sort(key=lambda item: ORDER.index(_folder(item)))
-
-
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Let what only computes give way to the live nodes of another worker."""
-    if "PYTEST_XDIST_WORKER" in os.environ and _folder(item) not in LIVE:
-        os.nice(max(0, NICENESS - os.nice(0)))
 
 
 def _folder(item: pytest.Item) -> str:

@@ -17,12 +17,13 @@ from pmwvc_master.devices import check
 from pmwvc_master.node import main
 
 pytestmark = [pytest.mark.integration]
+SOON = {"safety__soft_start_s": 0.05}  # whole, though a busy machine interrupts it
 
 
 def test_the_node_reads_a_haply_pushes_the_hand_and_ends_with_zero_force():
     with InverseService() as service, ros() as peer:
         given = {"device__plugin": "haply", "haply__service": service.url, "device__axes": "y x z"}
-        with master(peer, **given) as (process, blocks, _):
+        with master(peer, **given, **SOON) as (process, blocks, _):
             server = Server(peer)
             service.position[1] += 0.02
             peer.until(lambda: blocks and math.isclose(blocks[-1].x[-1], 0.02))
@@ -69,7 +70,7 @@ def test_the_node_reads_a_touch_from_the_librarys_thread_and_brakes_its_hand(tmp
     library = str(compiled(tmp_path, "fake_hd.c", "libHD.so"))
     with ros() as peer:
         given = {"device__plugin": "touch", "touch__library": library, "touch__serial": "S-1"}
-        with master(peer, **given) as (process, blocks, _):
+        with master(peer, **given, **SOON) as (process, blocks, _):
             server = Server(peer)
             peer.until(lambda: blocks and math.isclose(blocks[-1].x[-1], 0.01))
             while signal(blocks[-1:], "f_applied").max() < 1.0:
