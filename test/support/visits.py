@@ -56,6 +56,7 @@ def visited(folder: Path) -> dict[str, Any]:
     found: dict[str, Any] = {"folder": folder}
     port = str(20_000 + os.getpid() % 10_000)  # below those that the system gives to anybody
     words = ("live", "--view", "--no-browser", "--port", port, "--duration", "300")
+    words += ("--set", "master.tick_s=0.002")  # a slow machine has time left for the page
     with Running(folder, *words, figures=True) as session:
         address = address_of(session.process.stdout)
         assert f":{port}/" in address
