@@ -142,7 +142,9 @@ def test_a_recorder_that_stood_still_for_five_seconds_has_everything(tmp_path):
     words = ["--duration", 6.5, "--set", disturbances]
     with Running(tmp_path / "session", "carry_16ms", *words) as session:
         assert session.end() == 0, session.output()
-        recording = session.summary()["recording"]
+        summary = session.summary()
+        recording = summary["recording"]
+    assert summary["interrupted"] == []  # nor is its time shifted by that
     assert set(recording["missing"].values()) == {0}
     assert recording["holes"] == []
     assert [event["kind"] for event in session.events()] == ["disturbance"] * 2

@@ -23,7 +23,8 @@ def written(found, folder):
         for message in found:
             if message.topic not in writer.messages:
                 writer.add_topic(Topic(message.topic, message.type_name, depth=10))
-            writer.write(message.topic, message.data, log_ns=message.log_ns)
+            times = {"log_ns": message.log_ns, "publish_ns": message.publish_ns}
+            writer.write(message.topic, message.data, **times)
     return folder
 
 

@@ -150,6 +150,44 @@ def test_a_master_that_stood_still_is_no_other_publisher(folder, tmp_path):
     assert stalls == ["no ticks for 2.000 s: the loop did not run"]
 
 
+SECOND_NS = 10**9
+
+
+def slept(share, at_ns):
+    """The recorder had no processor for most of the session."""
+    return (max(at_ns, SECOND_NS), at_ns) if share > 0.1 else (at_ns, at_ns)
+
+
+def set_back(share, at_ns):
+    """The clocks of all that publish were set back in the middle."""
+    return at_ns, at_ns - SECOND_NS * (share > 0.5)
+
+
+def set_on(share, at_ns):
+    return at_ns, at_ns + SECOND_NS * (share > 0.5)
+
+
+def other_host(share, at_ns):
+    return at_ns, at_ns - 3600 * SECOND_NS
+
+
+@pytest.mark.parametrize("recorded", [slept, set_back, set_on, other_host])
+def test_neither_a_late_recorder_nor_a_clock_that_is_set_changes_a_time(
+    folder, tmp_path, recorded
+):
+    found, changed = raw(folder), []
+    first_ns, last_ns = (at(each.log_ns for each in found) for at in (min, max))
+    for each in found:
+        at_ns = each.log_ns - first_ns
+        log_ns, publish_ns = recorded(at_ns / (last_ns - first_ns), at_ns)
+        changed.append(each._replace(log_ns=first_ns + log_ns, publish_ns=first_ns + publish_ns))
+    before, after = (
+        read_session(written(each, tmp_path / name))
+        for each, name in ((found, "a"), (changed, "b"))
+    )
+    assert list(unequal(before, after)) == []
+
+
 def test_what_was_not_recorded_is_missing_but_not_what_a_link_lost(folder, tmp_path):
     change = without(
         ("/user1/wave_up", (5, 6), None),

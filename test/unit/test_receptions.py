@@ -137,7 +137,7 @@ def test_the_messages_of_two_starts_are_added_up():
 
 
 def gaps(numbers):
-    return Series(schemas.WAVE, [Decoded(0, None, *each) for each in numbers]).gaps()
+    return Series(schemas.WAVE, [Decoded(0, 0, None, *each) for each in numbers]).gaps()
 
 
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=60, unique=True))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.recording import clocks
-from pmwvc_analysis.recording.own import Decoded
+from pmwvc_analysis.recording.own import Decoded, arrived_ns
 from pmwvc_core.account import continued
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array, Integers
@@ -183,11 +183,11 @@ def packet_traces(topic: str, rows: Sequence[Decoded], *, zero_ns: int) -> Packe
     """Return the packets seen on one topic; those of another length than most are left out."""
     lengths = [len(row.message.wave) for row in rows]
     dof = max(set(lengths), key=lengths.count)
-    rows = [row for row in rows if len(row.message.wave) == len(row.message.integral) == dof]
-    kept = [row.message for row in rows]
+    fits = np.array([len(row.message.wave) == len(row.message.integral) == dof for row in rows])
+    kept = [row.message for row, whole in zip(rows, fits, strict=True) if whole]
     positions = [each.position if len(each.position) == dof else [np.nan] * dof for each in kept]
     return PacketTraces(
-        topic=topic, time_s=clocks.seconds(column(rows, "log_ns", np.int64), zero_ns),
+        topic=topic, time_s=clocks.seconds(arrived_ns(rows)[fits], zero_ns),
         epoch=column(kept, "epoch", np.uint64), seq=column(kept, "seq", np.int64),
         sent_ns=column(kept, "sent_ns", np.int64), period_s=column(kept, "period"),
         wave=column(kept, "wave").reshape(-1, dof), energy=column(kept, "energy"),

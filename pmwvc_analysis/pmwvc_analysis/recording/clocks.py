@@ -93,7 +93,7 @@ def seconds(ros_ns: Integers, zero_ns: int) -> Array:
 def time_lines(
     masters: Mapping[str, Sequence[MasterTrace]],
     steps: Sequence[ServerTrace],
-    steps_log_ns: Sequence[int],
+    arrived_ns: Integers,
     waves: Mapping[str, Sequence[Wave]],
     fates: Mapping[str, FateTraces],
 ) -> tuple[dict[str, Integers], Integers, dict[str, dict[str, str | float]]]:
@@ -110,7 +110,7 @@ def time_lines(
     if alignment:  # the recorder's clock where the server's own was set while running
         monotonic = monotonic_times(steps)
         ahead_ns = offset_ns(monotonic, stamps(steps))
-        recorder_ns = offset_ns(monotonic, np.array(steps_log_ns, dtype=np.int64))
+        recorder_ns = offset_ns(monotonic, arrived_ns)
         if abs(ahead_ns - recorder_ns) > LARGEST_OFFSET_NS:
             ahead_ns = recorder_ns
         server = monotonic + ahead_ns

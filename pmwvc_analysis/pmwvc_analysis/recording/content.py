@@ -6,9 +6,7 @@ Message definitions come from the files themselves. What other programs publishe
 topics is left out (own.py).
 
 The targets of remote hands (``hand/target``, ``hand/held``) are as the master took them: ``held:
-false`` lets go, and until ``held: true`` targets do not count. A message's time is that of its
-publication, as long as it was received soon after (else the clocks may differ, and it is that of
-its reception): the recorder may have to wait for the processor longer than the master.
+false`` lets go, and until ``held: true`` targets do not count.
 """
 
 import contextlib
@@ -17,6 +15,7 @@ import json
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import astuple, dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.own import Series, Topics, decoded, keep_own
+from pmwvc_analysis.recording.own import Series, Topics, arrived_ns, decoded, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.topics import SCENE
@@ -36,7 +35,6 @@ from pmwvc_core.transport.packet import intact
 from pmwvc_core.words import count
 
 CUT = "cut"  # kind of event: a file ends early
-TRUSTED_NS = 500_000_000  # from publication to reception
 NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
 Decode = Callable[[bytes, str], Any]
 
@@ -148,7 +146,7 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
     except Exception as error:  # a message that is no message: counted, reported, passed over
         return str(error) or type(error).__name__
     series = content.topics.setdefault(raw.topic, Series(raw.type_name, []))
-    series.rows.append(decoded(raw.log_ns, message, raw.type_name))
+    series.rows.append(decoded(raw, message))
     return None
 
 
@@ -162,7 +160,11 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
     """Return the targets of every user that has any, by name."""
     found: dict[str, list[tuple[float, tuple[float, ...], Orientation]]] = {}
     counts: dict[str, bool] = {}
-    for message in sorted(messages, key=_arrived_ns):
+    by_topic: dict[str, list[RawMessage]] = defaultdict(list)
+    for message in messages:
+        by_topic[message.topic].append(message)
+    timed = (zip(arrived_ns(each).tolist(), each, strict=True) for each in by_topic.values())
+    for at_ns, message in sorted(itertools.chain.from_iterable(timed), key=itemgetter(0)):
         user = message.topic.strip("/").split("/")[-3]
         point: tuple[float, ...] | None = None
         q = found[user][-1][2] if user in found else IDENTITY
@@ -175,7 +177,7 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
                 point = place.position.x, place.position.y, place.position.z
                 q = unit(astuple(place.orientation)[:4], q) or q
         if point is not None:
-            found.setdefault(user, []).append(((_arrived_ns(message) - zero_ns) * 1e-9, point, q))
+            found.setdefault(user, []).append(((at_ns - zero_ns) * 1e-9, point, q))
     columns = {user: map(np.array, zip(*rows, strict=True)) for user, rows in found.items()}
     return {u: HandTargets(t, x, sum_of_turns(q)) for u, (t, x, q) in columns.items()}
 
@@ -186,9 +188,3 @@ def sum_of_turns(q: Array) -> Array:
 
     every = Rotation.from_quat(np.vstack([IDENTITY, q]))
     return np.cumsum((every[1:] * every[:-1].inv()).as_rotvec(), axis=0)
-
-
-def _arrived_ns(message: RawMessage) -> int:
-    """Return when a message arrived at the master, as well as it is known [ns]."""
-    waited = 0 <= message.log_ns - message.publish_ns < TRUSTED_NS
-    return message.publish_ns if waited else message.log_ns

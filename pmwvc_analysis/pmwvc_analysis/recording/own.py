@@ -23,42 +23,58 @@ before it counts too.
 
 import itertools
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.recording import clocks, schemas
-from pmwvc_core.numeric import Flags
+from pmwvc_analysis.recording.salvage import RawMessage
+from pmwvc_core.numeric import Flags, Integers
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.words import count
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
 LATEST_NS = 1 << 62  # log times beyond overflow
+TRUSTED_NS = 500_000_000  # from publication to reception, and by which publications may be swapped
 CLOCK_NS = 1_000_000_000  # by which the clock of a single message differs from its neighbours'
 TRACES = (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
 WITH_EPOCH = (*TRACES, schemas.WAVE, schemas.RECEPTION)
 
 
 class Decoded(NamedTuple):
-    """A decoded message, when it was recorded [ns], and its numbers: ``many`` of a publisher
-    (epoch or link), from ``first`` on.
+    """A decoded message, when it was recorded and published [ns], and its numbers: ``many`` of a
+    publisher (epoch or link), from ``first`` on.
     """
 
     log_ns: int
+    publish_ns: int
     message: Any
     stream: str
     first: int
     many: int = 1
 
 
-def decoded(log_ns: int, message: Any, type_name: str) -> Decoded:
+def decoded(raw: RawMessage, message: Any) -> Decoded:
     """Return a message of a session with its numbers."""
-    if type_name == schemas.PACKET_FATE:
-        return Decoded(log_ns, message, str(message.link), int(message.first), len(message.seq))
-    number = message.step if type_name == schemas.SERVER_TRACE else message.seq
-    return Decoded(log_ns, message, f"{int(message.epoch):016x}", int(number))
+    times = raw.log_ns, raw.publish_ns
+    if raw.type_name == schemas.PACKET_FATE:
+        return Decoded(*times, message, str(message.link), int(message.first), len(message.seq))
+    number = message.step if raw.type_name == schemas.SERVER_TRACE else message.seq
+    return Decoded(*times, message, f"{int(message.epoch):016x}", int(number))
+
+
+def arrived_ns(messages: Sequence[Decoded | RawMessage]) -> Integers:
+    """Return when the messages of a topic arrived, as well as it is known [ns]: when they were
+    published, as the recorder may have to wait for the processor longer than who needs them. But
+    it is when they were recorded where the clocks differ, or one was set.
+    """
+    times = [(each.log_ns, each.publish_ns) for each in messages]
+    recorded, published = np.array(times, dtype=float).reshape(-1, 2).T
+    soon = 0.0 <= (recorded - published).min(initial=TRUSTED_NS) < TRUSTED_NS
+    place = 1 if soon and (np.diff(published) > -TRUSTED_NS).all() else 0
+    return np.array([each[place] for each in times], dtype=np.uint64).astype(np.int64)
 
 
 class Series(NamedTuple):
@@ -79,7 +95,7 @@ class Series(NamedTuple):
         """
         seen: Counter[str] = Counter()
         newest: Counter[str] = Counter()
-        for _, _, stream, first, many in self.rows:
+        for *_, stream, first, many in self.rows:
             seen[stream] += many
             newest[stream] = max(newest[stream], first + many - 1)
         return {stream: (max(newest[stream] - n, 0), n) for stream, n in seen.items()}
@@ -94,10 +110,10 @@ def keep_own(topics: Topics) -> Events:
     found: Events = []
     for topic, (kind, rows) in topics.items():
         problems = [
-            misfit(kind.rpartition("/")[2], message)
-            if log_ns < LATEST_NS
-            else f"recorded at {log_ns} ns"
-            for log_ns, message, *_ in rows
+            misfit(kind.rpartition("/")[2], row.message)
+            if row.log_ns < LATEST_NS
+            else f"recorded at {row.log_ns} ns"
+            for row in rows
         ]
         why = f"whose fields do not fit together ({next(filter(None, problems), '')})"
         found += _keep(topic, rows, [problem is None for problem in problems], why)
@@ -152,8 +168,8 @@ def _sender(topic: str) -> str:
 
 def _spans(rows: list[Decoded]) -> Spans:
     times: dict[int, list[int]] = defaultdict(list)
-    for log_ns, message, *_ in rows:
-        times[int(message.epoch)].append(log_ns)
+    for row in rows:
+        times[int(row.message.epoch)].append(row.log_ns)
     return {epoch: (min(each), max(each), len(each)) for epoch, each in times.items()}
 
 
