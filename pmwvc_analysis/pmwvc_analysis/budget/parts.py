@@ -11,12 +11,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import gaps
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.controllers.library import entries
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.traces import ServerTraces, UserTraces
-from pmwvc_core.words import count
+from pmwvc_core.traces import UserTraces
 
 # words, empty for those of the account of the same name; group under which a figure adds it up
 PARTS: Mapping[str, tuple[str, str]] = {
@@ -83,18 +82,9 @@ def of_server(scenario: Scenario) -> set[str]:
     return set() if scenario.coupling.exact else {"integration"}
 
 
-def notes_on(users: list[UserTraces], known: dict[str, User], server: ServerTraces) -> list[str]:
-    """Return in words what keeps a budget from closing to rounding."""
-    loops = [(user.name, "tick", user.tick, user.time_s, gaps(user)) for user in users]
-    jumps = np.flatnonzero(np.diff(server.step) > 1)
-    loops.append(("server", "step", server.step, server.time_s, jumps))
-    found = []
-    for who, unit, numbers, time_s, missing in loops:
-        steps = np.diff(numbers)
-        for row in np.flatnonzero(steps < 0)[:1] + 1:
-            found.append(f"{who}: started again at {time_s[row]:.2f} s; the budget ends there")
-        if lost := int(np.sum(steps[missing] - 1)):
-            found.append(f"{who}: {count(lost, unit)} not recorded")
+def notes_on(users: list[UserTraces], known: dict[str, User], ends: Unjudged) -> list[str]:
+    """Return in words why a budget ends early, and what keeps it from closing to rounding."""
+    found = [f"the budget ends at {ends.start_s:.2f} s: {ends.why}"] if ends.why else []
     for user in users:
         if not np.isfinite(user.f_h).all():
             found.append(f"{user.name}: {INFERRED}")
