@@ -83,9 +83,9 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_071, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        1_933, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_973, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_952, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_245,
         1_250,

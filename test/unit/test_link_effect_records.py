@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from support.lab import offer
 from support.plain import load
 
-from pmwvc_analysis.compare.settings import GIVEN, tuned
+from pmwvc_analysis.compare.settings import tuning_of
 from pmwvc_analysis.events.events import complete, kept
 from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linear
 from pmwvc_analysis.prediction.text import lines
@@ -179,8 +179,7 @@ def test_a_tuning_rule_is_unknown_behind_an_effect_whose_delay_is(lab):
     )
     text = "the longest delay by half is not known"
     assert f"user1: rule 'delay' unknown: {text}." in lines(unknown, live=False)
-    words = f"{GIVEN}; rule delay unknown, as {text}"
-    assert tuned(unknown, lambda ratio: None, given=True) == (unknown, words)
+    assert f"rule delay unknown, as {text}" in tuning_of(unknown)
     assert not any("unknown" in line for line in lines(known, live=False))
 
 

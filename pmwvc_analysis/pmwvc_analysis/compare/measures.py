@@ -79,8 +79,7 @@ class Compared:
     """One session of a comparison.
 
     ``settings`` are the parameters by which it differs from the others; ``folder`` is where it is
-    on disk, relative to the comparison's folder where it is inside; ``tuning`` tells where a
-    baseline has its parameters from.
+    on disk, relative to the comparison's folder where it is inside.
     """
 
     label: str
@@ -88,7 +87,6 @@ class Compared:
     traces: SessionTraces
     scenario: Scenario
     folder: str = ""
-    tuning: str | None = None
     measures: dict[str, Any] = field(default_factory=dict)
 
 

@@ -38,9 +38,8 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
       pmwvc compare stiff_24ms --over master.impedance=15,25,40 --out /tmp/impedances
 
     Every combination of the values runs in virtual time with the same hands and the same fate of
-    every packet (one seed). virtual_coupling, tdpa and pspm are tuned by search for each
-    combination, unless baseline.NAME.* is set: 120 settings are simulated for up to 20 s, which
-    takes about 5 s of computing with two users; the best are kept.
+    every packet (one seed). Controllers without waves have the parameters baseline.NAME.* as they
+    are given; the report names the tuning rules that these miss.
     """
     from pmwvc_bringup import comparison as report
     from pmwvc_bringup.session.surroundings import check, new_folder
@@ -58,8 +57,6 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     folder = new_folder(f"{name}-compare", arguments.out)
     console, figures = terminal(), arguments.figures
     console.print(f"{name}: {count(len(chosen), 'session')}, simulated")
-    with doing("searching the best parameters of controllers without waves") as work:
-        chosen = report.tuned(chosen, work)
     with doing("running") as work:
         entries = report.simulated(chosen, folder, work)
     return report.report(folder, f"Comparison of {name}", entries, console, figures=figures)
