@@ -50,7 +50,7 @@ ROOMS = {
         ),
     ),
     "links and packets": Room(
-        2_292, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
+        2_287, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
         4_894,
@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_544,
+        3_523,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -78,12 +78,12 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_122,
+        3_091,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        1_933, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        1_909, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(2_952, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(

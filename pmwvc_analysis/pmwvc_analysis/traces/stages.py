@@ -40,7 +40,7 @@ def changes_of(traces: SessionTraces, scenario: Scenario) -> list[Change]:
 
 def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
     """Return the stages of a session, the first one from its start. Changes that no scenario can
-    have (a preset's of a link, other programs' parameters) are left out.
+    have (a preset's of a link, other programs' parameters), or that change nothing, are left out.
     """
     present = replace(scenario, changes="") if scenario.changes else scenario
     found = [Stage(-np.inf, present)]
@@ -49,7 +49,7 @@ def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
             present = changed(present, change)
         except ScenarioError:
             continue
-        if change.time_s < traces.duration_s:
+        if change.time_s < traces.duration_s and present != found[-1].scenario:
             found.append(Stage(change.time_s, present, change))
     return found
 

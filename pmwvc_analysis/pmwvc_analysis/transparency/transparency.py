@@ -29,7 +29,7 @@ from pmwvc_analysis.models.linear import axes_of, notes_of
 from pmwvc_analysis.models.linearize import build, spectral_radius, stable
 from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
-from pmwvc_analysis.transparency.pressing import press_notes, pressing
+from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex
@@ -96,10 +96,8 @@ def transparency(
         )
     of: dict[str, Any] = {"user": user, "axis": axis}
     link, admittance = _side(build(scenario, live=live), frequency_hz, **of)
-    balanced, axes = link.admittance_dc is not None, axes_of(scenario)
-    forces = pressing(scenario, user, axis)
-    notes = notes_of(scenario) + press_notes(scenario, user, forces, balanced=balanced)
-    if not balanced:
+    axes, notes = axes_of(scenario), notes_of(scenario)
+    if link.admittance_dc is None:
         notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
     elif axes > 1:
         notes.append(
