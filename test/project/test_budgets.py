@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_523,
+        3_516,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -73,7 +73,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_881,
+        3_875,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
@@ -83,7 +83,7 @@ ROOMS = {
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        1_909, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        1_882, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(2_952, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(

@@ -69,12 +69,6 @@ def group_of(part: str) -> str:
     return PARTS.get(part, UNKNOWN)[1]
 
 
-def account_words(account: str) -> str:
-    """Return a controller's account in words."""
-    entry = entries().get(account)
-    return entry.words if entry else account.replace("_", " ")
-
-
 def of_server(scenario: Scenario) -> set[str]:
     """Return the parts of the server that are remainders."""
     if scenario.coupling.black_box:

@@ -1,15 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of the energy budget over time, and of the accounts that controllers keep."""
+"""The figure of the energy budget over time."""
 
 import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.parts import account_words, group_of
-from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.charts.chart import DASHES, Chart, Curve, Layer, Panel
+from pmwvc_analysis.budget.parts import group_of
+from pmwvc_analysis.budget.result import Budget
+from pmwvc_analysis.charts.chart import Chart, Curve, Layer, Panel
 from pmwvc_analysis.charts.style import user_tint
-from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -67,32 +66,6 @@ def grouped(found: Budget) -> dict[str, Array]:
             name = group_of(part)
             sums[name] = sums.get(name, 0.0) + series
     return sums
-
-
-def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return the energies that controllers account for themselves, a panel per owner."""
-    server = traces.server
-    owners = [(user.name, user.block_time_s, user.accounts) for user in traces.users]
-    if server is not None:
-        owners.append((SERVER, server.time_s, server.accounts))
-    panels = []
-    for name, time_s, own in (owner for owner in owners if owner[2]):
-        unit, scale = unit_of(np.concatenate(list(own.values())))
-        lines = []
-        for index, (account, sums) in enumerate(own.items()):
-            again, at = divmod(index, len(DASHES))
-            look = user_tint(index), DASHES[at], 1.8 - 0.8 * again
-            lines.append(Curve(account_words(account), time_s, sums * scale, *look))
-        tint = recorded.tint(traces, name)
-        panels.append(Panel(f"energy [{unit}]", lines, title=name, tint=tint, with_zero=True))
-    if not panels:
-        return None
-    return Chart(
-        "controller",
-        "Energy accounts of the controller",
-        "Energies that the controller keeps account of: taken in, given out, withheld, stored.",
-        panels,
-    )
 
 
 def unit_of(values: Array) -> tuple[str, float]:
