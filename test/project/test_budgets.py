@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_516,
+        3_510,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -73,17 +73,17 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_875,
+        3_872,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_091,
+        3_077,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        1_882, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        1_863, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
     "command line": Room(2_952, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(

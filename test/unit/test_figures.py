@@ -26,10 +26,8 @@ def lines(chart, row=0):
 
 @pytest.fixture(scope="module")
 def live():
-    """Traces of a session with late loops, an absent avatar and a late server."""
+    """Traces of a session with an absent avatar and a late server."""
     traces = handmade.session()
-    for place, user in enumerate(traces.users):
-        user.lateness_s = np.random.default_rng(place).gamma(2.0, 40e-6, len(user.tick))
     traces.server.state[0][:100] = 0
     return traces
 
@@ -101,7 +99,7 @@ def test_a_force_near_its_limit_shows_the_limit():
 def test_every_figure_is_written_with_its_points_units_and_source(live, tmp_path):
     drawn = charts(live, handmade.scenario())
     write_all(drawn, live, tmp_path)
-    names = ["positions", "forces", "energy", "budget", "network", "loop"]
+    names = ["positions", "forces", "energy", "budget", "network"]
     assert [chart.name for chart in drawn] == names
     assert len(drawn) == len(FIGURES)
     for chart in drawn:
@@ -127,7 +125,6 @@ def test_what_was_not_recorded_is_left_out():
     assert names(server=None, fates={}) == ["positions", "forces"]
     assert names(server=None, fates={}, users=[]) == []
     assert names(users=[]) == ["positions", "network"]
-    assert "loop" not in names()  # virtual time has no lateness
 
 
 def test_stretches_close_together_are_one():

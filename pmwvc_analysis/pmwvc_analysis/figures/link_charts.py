@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of the links between the users: energy balance, packets, timing of the loops."""
+"""Figures of the links between the users: energy balance, packets."""
 
 from typing import Any
 
@@ -96,22 +96,3 @@ def _packets(fates: FateTraces, time_s: Array, tint: str) -> list[Dots]:
             level: Array = np.full(int(rows.sum()), LOST_AT * top)
             found.append(Dots(label, time_s[rows], level, "alarm", mark))
     return found
-
-
-def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return how late the ticks of the force loops were."""
-    dots = []
-    for user in (each for each in traces.users if each.lateness_s.any()):
-        late: Array = np.clip(user.lateness_s * 1e6, 1.0, None)
-        median, most = np.percentile(late, (50, 99))
-        label = f"{user.name}: median {median:.0f} µs, 99th percentile {most:.0f} µs"
-        dots.append(Dots(label, user.time_s, late, recorded.tint(traces, user.name)))
-    if not dots:
-        return None
-    return Chart(
-        "loop",
-        "Lateness of the force loop",
-        "Wake-up of each tick behind its deadline. Deadlines are absolute, so lateness does not "
-        "accumulate.",
-        [Panel("lateness [µs]", dots=dots, y_log=True, height=170.0)],
-    )

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of answers of the model: transmitted admittance, margins of a velocity filter, and a
-stability map: regions and boundary.
+"""Figures of answers of the model: transmitted admittance, and a stability map: regions and
+boundary.
 """
 
 from dataclasses import replace

@@ -8,6 +8,7 @@ a Dask cluster, with the same result.
 """
 
 import json
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -55,11 +56,10 @@ class Grid:
     def batches(self) -> list[Points]:
         """Return the points that are computed together: the same ones at any time."""
         apart = [0 if stackable(axis.name) else 1 for axis in (self.y, self.x)]
-        groups: dict[tuple[int, int], list[int]] = {}
-        for row in range(self.shape[0]):
-            for column in range(self.shape[1]):
-                together = groups.setdefault((row * apart[0], column * apart[1]), [])
-                together.append(row * self.shape[1] + column)
+        groups: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for point in range(self.shape[0] * self.shape[1]):
+            row, column = divmod(point, self.shape[1])
+            groups[row * apart[0], column * apart[1]].append(point)
         step = LARGEST_BATCH if any(apart) else -(-len(groups[0, 0]) // FEWEST_BATCHES)
         return [
             tuple(points[i : i + step])

@@ -73,13 +73,10 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         "stable, not limited by safety, "
         + (best.simulated_passivity or "no port released more energy than it received")
     )
-    if criteria.velocity_step(scenario) is None:
-        lines.append(
-            f"  noise: that of an encoder of {criteria.ENCODER_STEP_M * 1e6:g} um; the scenario's "
-            "device is exact, so it does not count in the cost"
-        )
-    else:
-        lines.append(f"  noise: {criteria.NOTICED_N * 1e3:g} mN count as one JND of the cost")
+    exact = criteria.velocity_step(scenario) is None
+    of = f"of an encoder of {criteria.ENCODER_STEP_M * 1e6:g} um, not in the cost"
+    noise = of if exact else f"{criteria.NOTICED_N * 1e3:g} mN count as one JND of the cost"
+    lines.append(f"  noise: {noise}")
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())
     return [*lines, f"use it with: {words}"]
