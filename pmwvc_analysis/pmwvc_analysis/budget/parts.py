@@ -17,35 +17,25 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 
-# words, empty for those of the account of the same name; group under which a figure adds it up
-PARTS: Mapping[str, tuple[str, str]] = {
-    "hand": ("given by the hand", "hands"),
-    "device_kinetic": ("motion of the device", "devices"),
-    "device_damping": ("damping of the device", "devices"),
-    "sample_hold": ("sampling and holding at the device", "sampling and safety"),
-    "safety": ("safety limits", "sampling and safety"),
-    "filter": ("anti-aliasing filter", "filters and holds"),
-    "rate_drop": ("rate drop", "filters and holds"),
-    "hold": ("hold", "filters and holds"),
-    "filter_and_hold": ("anti-aliasing filter, hold and filter bank", "filters and holds"),
-    "node": ("", "filters and holds"),
-    "node_and_link_down": ("node and link down with packets in flight", "filters and holds"),
-    "link_up": ("link up with packets in flight", "links"),
-    "link_down": ("link down with packets in flight", "links"),
-    "link": ("link in both directions", "links"),
-    "late_decoding": ("", "server's computation"),
-    "integration": ("integration of the server", "server's computation"),
-    "withheld": ("", "server's computation"),
-    "contained": ("", "server's computation"),
-    "avatar_brakes": ("", "contacts"),
-    "contact_damping": ("damping of the contacts", "contacts"),
-    "contact_stored": ("springs of the contacts", "contacts"),
-    "environment_stored": ("stored by the environment", "contacts"),
-    "environment_heat": ("dissipated in the environment", "contacts"),
-    "object_kinetic": ("motion of the object", "object"),
-    "object_damping": ("damping of the object", "object"),
+PARTS: Mapping[str, str] = {  # but for those that are accounts, with words of their own
+    "device_kinetic": "motion of the device",
+    "device_damping": "damping of the device",
+    "sample_hold": "sampling and holding at the device",
+    "safety": "safety limits",
+    "filter": "anti-aliasing filter",
+    "filter_and_hold": "anti-aliasing filter, hold and filter bank",
+    "node_and_link_down": "node and link down with packets in flight",
+    "link_up": "link up with packets in flight",
+    "link_down": "link down with packets in flight",
+    "link": "link in both directions",
+    "integration": "integration of the server",
+    "contact_damping": "damping of the contacts",
+    "contact_stored": "springs of the contacts",
+    "environment_stored": "stored by the environment",
+    "environment_heat": "dissipated in the environment",
+    "object_kinetic": "motion of the object",
+    "object_damping": "damping of the object",
 }
-UNKNOWN = ("", "controller")
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
 FRICTION = "the heat of friction is exact except where motion reverses"
 
@@ -58,15 +48,10 @@ def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
 
 def words_of(part: str) -> str:
     """Return a part in words."""
-    if words := PARTS.get(part, UNKNOWN)[0]:
+    if words := PARTS.get(part):
         return words
     entry = entries().get(part)
     return entry.part or entry.words if entry else part.replace("_", " ")
-
-
-def group_of(part: str) -> str:
-    """Return the group under which a part is added up."""
-    return PARTS.get(part, UNKNOWN)[1]
 
 
 def of_server(scenario: Scenario) -> set[str]:

@@ -9,7 +9,6 @@ from pathlib import Path
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.energy_charts import whereabouts
 from pmwvc_analysis.figures.link_charts import energy, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_analysis.figures.recorded import conditions, numbered, title
@@ -17,7 +16,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 Draw = Callable[[SessionTraces, Scenario | None], Chart | None]
-FIGURES: Sequence[Draw] = (positions, forces, energy, whereabouts, network)
+FIGURES: Sequence[Draw] = (positions, forces, energy, network)
 
 
 def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:

@@ -10,7 +10,6 @@ from pmwvc_analysis.budget.criterion import Balance
 from pmwvc_analysis.budget.energy import UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Panel
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.energy_charts import unit_of
 from pmwvc_analysis.recording.links import DROPPED
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.network.in_flight import FateKind
@@ -52,6 +51,11 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         "or above zero; where it does not, the time is shaded.",
         panels,
     )
+
+
+def unit_of(values: Array) -> tuple[str, float]:
+    """Return the unit in which values are read best, and its factor."""
+    return ("J", 1.0) if np.nanmax(np.abs(values), initial=0.0) >= 1.0 else ("mJ", 1e3)
 
 
 def _ways(entry: UserEnergy) -> list[tuple[str, Balance, tuple[float, ...]]]:
