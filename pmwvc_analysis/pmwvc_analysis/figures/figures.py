@@ -21,7 +21,7 @@ FIGURES: Sequence[Draw] = (positions, forces, energy, network)
 
 def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:
     """Return every figure that the traces allow."""
-    timed = (event for event in numbered(traces) if event["time_s"] is not None)
+    timed = (event for event in numbered(traces.events) if event["time_s"] is not None)
     events = [(event["time_s"], event["number"]) for event in timed]
     note = f"{traces.source}, {traces.duration_s:.1f} s, parameters not known"
     if scenario is not None:

@@ -35,7 +35,6 @@ from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.impedance import largest
 
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
 POINTS = 500
@@ -85,25 +84,17 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         return None
     if reasons := _outside(scenario):
         return AnyDelay(False, reasons)
-    users, tick_s = scenario.users, scenario.tick_s
+    users = scenario.users
     at_wall = changed(scenario.server, coupling="implicit", environment="wall")
     masters = _ends(changed(scenario, server=at_wall, disturbances=""), live=live)[:-1]
-    unstable = [
-        f"{user.name}'s end is unstable by itself (b T/m = "
-        f"{largest(user.impedance) * tick_s / float(user.device.mass):.3g}; a held device needs "
-        "less than 2)"
-        for user, end in zip(users, masters, strict=True)
-        if end.growth() >= 1.0
-    ]
     server = None if nonlinear(scenario) or outside(scenario) else _ends(scenario, live=False)[-1]
-    if server is not None and server.growth() >= 1.0:
-        unstable.append(
-            f"the server's end is unstable by itself (it grows {server.growth():.4g}-fold a step)"
-        )
-    if unstable:
-        return AnyDelay(False, tuple(unstable))
+    ends = {f"{user.name}'s": end for user, end in zip(users, masters, strict=True)}
+    ends |= {"the server's": server} if server else {}
+    grows = (name for name, end in ends.items() if end.growth() >= 1.0)
+    if unstable := tuple(f"{name} end is unstable by itself" for name in grows):
+        return AnyDelay(False, unstable)
     every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole
-    for end in [*masters, *([server] if server else [])]:
+    for end in ends.values():
         poles = end.poles()
         width, turn = np.maximum(np.abs(1.0 - np.abs(poles)), LOWEST), np.abs(np.angle(poles))
         every += [turn + side * each * width for each in AROUND for side in (-1.0, 1.0)]

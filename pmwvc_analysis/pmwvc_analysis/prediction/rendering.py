@@ -25,12 +25,10 @@ def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
 
 
 def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
-    """Return what the lag is rendered as, in words: a spring and a mass; where the avatar leads by
-    more than the waves lag, what the device renders instead.
-    """
+    """Return what the lag is rendered as, in words: a spring and a mass."""
     tau, b = lag.lag_s(user, scenario, live=live), first_axis(user.in_contact.impedance)
     mass = lag.rendered_mass(user, scenario, live=live)
-    stiffness, contact = lag.rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
+    stiffness = lag.rendered_stiffness(user, tau)
     whole = mass + float(user.device.mass)
     if tau > 0.0:
         return (
@@ -38,10 +36,7 @@ def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
             f"(rendered stiffness {stiffness:.0f} N/m, mass with the device {whole:.2f} kg)"
         )
     behind = f"the device stands {-tau / (2.0 * b) * 1e3:.2f} mm per newton behind its avatar"
-    rendered = f"renders {stiffness:.0f} N/m, the contact {contact:.0f} N/m"
-    if not 0.0 < stiffness < math.inf:
-        rendered = f"its rendered stiffness is not known (contact {contact:.0f} N/m)"
-    return f"{behind} and {rendered}; nothing touched, the link acts like a mass of {mass:.2f} kg"
+    return f"{behind}; nothing touched, the link acts like a mass of {mass:.2f} kg"
 
 
 def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:

@@ -18,7 +18,7 @@ from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
-from pmwvc_analysis.traces.stages import stages, until
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import final, number, percentiles, rms
 from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.outcomes import outcomes
@@ -43,7 +43,7 @@ def summary(
 
     whole, seen = traces, events.complete(traces, scenario)
     ended = endings.endings(traces, seen, scenario)
-    traces = until(traces, endings.judged_until_s(traces, ended))
+    traces = endings.judged(traces, ended)
     judged = stability.verdict(traces, scenario)
     found = passivity.passivity(traces, scenario, energies)
     limited = limits.withheld(traces, scenario)
