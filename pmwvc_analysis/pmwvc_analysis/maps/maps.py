@@ -107,17 +107,6 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
     return np.asarray(np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds)
 
 
-def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
-    """Return where each row loses stability first, between grid points; None: it never does."""
-    limits: list[float | None] = []
-    for row in radius:
-        index = int(np.argmin([*stable(row), False]))
-        around = slice(max(index - 1, 0), index + 1)
-        found = index < len(row)
-        limits.append(float(np.interp(1.0, row[around], grid.x.values[around])) if found else None)
-    return limits
-
-
 def write_data(folder: Path, grid: Grid, radius: Array) -> Path:
     """Write ``map.json``; return the file."""
     x, y = grid.x, grid.y
@@ -129,7 +118,6 @@ def write_data(folder: Path, grid: Grid, radius: Array) -> Path:
         "spectral_radius": radius.tolist(),
         "growth_per_s": growth_per_s(grid, radius).tolist(),
         "stable": stable(radius).tolist(),
-        "boundary": boundary_of(grid, radius),
         "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }

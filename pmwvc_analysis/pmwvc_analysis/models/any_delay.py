@@ -21,7 +21,6 @@ same axes, which commutes with the delays of its user.
 Equations: docs/theory.md 14.5, 14.6.
 """
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -187,10 +186,6 @@ def _outside(scenario: Scenario) -> tuple[str, ...]:
         if position.is_on and not position.is_paid:
             found.append(f"{user.name}: the position feedback as published generates energy")
         if frame != period:
-            # the largest energy gain of taking the newest packet, once around
-            repeats = math.ceil(frame / period) * math.ceil(period / frame)
-            found.append(
-                f"{user.name}: a packet every {frame} ticks and a server step every {period} "
-                f"repeat or skip packets, which can multiply their energy by up to {repeats:.3g}"
-            )
+            steps = f"a packet every {frame} ticks and a server step every {period}"
+            found.append(f"{user.name}: {steps} repeat or skip packets, with their energy")
     return tuple(dict.fromkeys(found))

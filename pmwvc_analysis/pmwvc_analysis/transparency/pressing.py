@@ -32,15 +32,10 @@ def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
         force = pushed
         if waves:
             master, server = _roots(scenario.users[index])
-            force = np.asarray(master * (_at_object(first, pushed) / server))
+            of_device, at_object = _roots(first)
+            force = np.asarray(master * ((at_object * (pushed / of_device)) / server))
         forces[index] = -force / len(opposite)
     return forces
-
-
-def _at_object(user: User, force: Array) -> Array:
-    """Return a steady force of a user's device at the object [N]."""
-    master, server = _roots(user)
-    return np.asarray(server * (force / master))
 
 
 def _roots(user: User) -> tuple[Any, Any]:

@@ -70,7 +70,7 @@ def summary(
             | felt(traces, user, scenario)._asdict()
             for user in traces.users
         ],
-        "links": _links(traces),
+        "links": [_link(fates) for _, fates in sorted(traces.fates.items())],
         "receptions": _receptions(traces, scenario),
         "prediction": prediction(scenario, live=traces.live)
         if scenario
@@ -165,11 +165,6 @@ def _ticks(user: UserTraces) -> dict[str, Any]:
         "ticks_missing": int((steps[missing] - 1).sum()),
         "tick_rate_hz": number(int(seen.sum()) / ran_s) if ran_s else None,
     }
-
-
-def _links(traces: SessionTraces) -> list[dict[str, Any]]:
-    """Return the entries of ``links`` of a summary."""
-    return [_link(fates) for _, fates in sorted(traces.fates.items())]
 
 
 def _link(fates: FateTraces) -> dict[str, Any]:
