@@ -38,8 +38,7 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
       pmwvc compare stiff_24ms --over master.impedance=15,25,40 --out /tmp/impedances
 
     Every combination of the values runs in virtual time with the same hands and the same fate of
-    every packet (one seed). Controllers without waves have the parameters baseline.NAME.* as they
-    are given; the report names the tuning rules that these miss.
+    every packet (one seed). The report names the tuning rules that baseline.NAME.* miss.
     """
     from pmwvc_bringup import comparison as report
     from pmwvc_bringup.session.surroundings import check, new_folder
