@@ -106,7 +106,7 @@ def test_a_changed_parameter_is_what_a_simulation_with_the_same_network_does(rec
 
 def test_a_replay_of_a_replay_is_the_replay(recorded, tmp_path):
     first = replay_of(recorded, read_scenario(recorded))
-    record_traces(tmp_path, first.replayed, first.scenario, metadata=first.metadata())
+    record_traces(tmp_path, first.replayed, first.scenario)
     second = replay_of(tmp_path, read_scenario(tmp_path))
     assert second.recorded.source == "replayed"
     assert exact(second.differences)

@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_450,
+        3_408,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -73,19 +73,19 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_845,
+        3_839,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_072,
+        3_068,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        1_767, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        1_766, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_951, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_950, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_245,
         1_250,

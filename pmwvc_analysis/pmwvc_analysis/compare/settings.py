@@ -10,8 +10,7 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.scenario.names import spec_of, split_user
 from pmwvc_core.scenario.scenario import Scenario
 
-IMPEDANCE = "master.impedance"
-ALWAYS = (IMPEDANCE, "master.filter.kind", "master.hold", "server.coupling")
+ALWAYS = ("master.impedance", "master.filter.kind", "master.hold", "server.coupling")
 
 
 def tuning_of(scenario: Scenario) -> str | None:

@@ -8,7 +8,6 @@ kinds: docs/file_format.md.
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 from pmwvc_analysis.events import grips, nodes
 from pmwvc_analysis.events.nodes import Event, event
@@ -51,11 +50,6 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
 
 REPLACED = ("environment", "coupling")  # in the steps that failed
 LINKS = "links"
-
-
-def kept(traces: SessionTraces) -> dict[str, Any]:
-    """Return the faults of a simulated session as metadata records of its recording."""
-    return {name: traces.metadata[name] for name in (*REPLACED, LINKS) if name in traces.metadata}
 
 
 def faults(traces: SessionTraces) -> Iterator[Event]:

@@ -63,10 +63,6 @@ class PacketEnd(NamedTuple):
         """Return the eigenvalues of A."""
         return np.asarray(np.linalg.eigvals(self.matrix[: self.n, : self.n]).astype(complex))
 
-    def growth(self) -> float:
-        """Return the length of the longest eigenvalue of A; 0 without a state."""
-        return float(np.abs(self.poles()).max(initial=0.0))
-
     def response(self, z: Complex) -> Complex:
         """Return what goes out per what comes in ``(points, outputs, inputs)``."""
         n, whole = self.n, self.matrix
@@ -89,7 +85,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     server = None if nonlinear(scenario) or outside(scenario) else _ends(scenario, live=False)[-1]
     ends = {f"{user.name}'s": end for user, end in zip(users, masters, strict=True)}
     ends |= {"the server's": server} if server else {}
-    grows = (name for name, end in ends.items() if end.growth() >= 1.0)
+    grows = (n for n, end in ends.items() if np.abs(end.poles()).max(initial=0.0) >= 1.0)
     if unstable := tuple(f"{name} end is unstable by itself" for name in grows):
         return AnyDelay(False, unstable)
     every = [np.geomspace(LOWEST, np.pi, POINTS)]  # denser around every pole

@@ -102,7 +102,7 @@ def replay_(arguments: argparse.Namespace) -> cli.Result:
         result = replay(traces, recorded, replayed, hand=arguments.hand, progress=work)
     folder = new_folder(f"{recorded.name}-replay", arguments.out)
     with doing("writing the recording") as work:
-        record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
+        record_traces(folder, result.replayed, result.scenario)
         work.part("writing the report")
         texts = _reported(result, source, folder, figures=figures)
     return print_report(folder, texts, console, figures=figures)
