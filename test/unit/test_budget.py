@@ -116,10 +116,15 @@ def test_the_budget_ends_where_records_are_missing():
     assert found.remainders == []
 
 
-def test_without_the_beginning_there_is_no_budget():
+def test_without_the_beginning_of_a_record_the_budget_begins_later():
     traces, scenario = simulated("wall", duration_s=1.0)
-    handmade.without_blocks(traces.users[0], slice(0, 3))
-    assert budget(traces, scenario) is None
+    (user,) = traces.users
+    user.block_number = 1 + np.arange(len(user.block_time_s))
+    assert budget(traces, scenario).notes == []
+    handmade.without_blocks(user, slice(0, 3))
+    found = budget(traces, scenario)
+    assert 0.024 <= found.time_s[0] < 0.05
+    assert found.notes == [] and found.closes
 
 
 def test_the_budget_ends_where_a_master_was_started_again():

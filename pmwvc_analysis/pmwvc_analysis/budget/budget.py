@@ -20,8 +20,7 @@ from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.budget.parts import notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import Unjudged, ran_s, stretch
-from pmwvc_analysis.traces.holes import of_server as holes_of
+from pmwvc_analysis.traces.holes import Unjudged, holes, ran_s, stretch
 from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.account import Account
@@ -34,8 +33,8 @@ from pmwvc_core.traces import ServerTraces, SessionTraces
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
 def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
-    """Return the budget of a session; None without scenario, server, a beginning or the master's
-    own sums, and where motion is not finite.
+    """Return the budget of a session; None without scenario, server or the master's own sums, and
+    where motion is not finite.
     """
     if scenario is None or traces.server is None or not len(traces.server.time_s):
         return None
@@ -51,8 +50,10 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     times = ran_s(server, traces)
     end_s = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
-    rows = np.flatnonzero(times <= end_s + 1e-9)  # steps that every user's record contains
-    if not len(rows) or any(user.tick[0] > 0 for user in users):
+    start_s = max(stretch(user, server).start_s for user in users)
+    # steps that every user's record contains
+    rows = np.flatnonzero((times >= start_s) & (times <= end_s + 1e-9))
+    if not len(rows):
         return None
     time_s = times[rows]
     waves = zip(map(running, server.energy_u_s), map(running, server.energy_v_s), strict=True)
@@ -78,6 +79,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         notes_on(users, known, ended),
         {user.name: declared_j(scenario, known[user.name]) for user in users},
         [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
+        server_is_whole=bool(server.step[0] <= 1),
     )
 
 
@@ -85,7 +87,7 @@ def _ended(traces: SessionTraces, scenario: Scenario) -> tuple[Scenario, Unjudge
     """Return the scenario at the start, and when the budget of it ends and why."""
     server = traces.server
     assert server is not None
-    unknown = [hole.unjudged for hole in holes_of(server)]
+    unknown = [hole.unjudged for hole in holes(traces) if hole.start_s > 0.0]
     for user in (each for each in traces.users if each.name in server.users):
         unknown += stretch(user, server).unjudged
     first, *later = stages(traces, scenario)

@@ -36,6 +36,7 @@ class Budget:
     declared_j: dict[str, float] = field(default_factory=dict)  # at the start, by user
     # owners and parts that it does not compute for themselves: no error in these is found
     remainders: list[tuple[str, str]] = field(default_factory=list)
+    server_is_whole: bool = True  # else its parts, summed step by step, are not known
 
     @property
     def residual_j(self) -> Array:
@@ -65,7 +66,7 @@ class Budget:
         moved_j, found = self.moved_j, []
         for owner, parts in self.parts.items():
             declared_j = self.declared_j.get(owner, 0.0)
-            for part, sums in parts.items():
+            for part, sums in parts.items() if owner != SERVER or self.server_is_whole else ():
                 own = self.time_s, sums, 0.0 * sums, declared_j
                 if part not in OPEN or (owner, part) not in self.remainders:
                     found.append(Balance(*own, moved_j=moved_j).judged(owner, part))

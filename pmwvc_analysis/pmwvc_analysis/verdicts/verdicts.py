@@ -88,7 +88,7 @@ def summary(
         user["kept_apart"] = (scenario and kept_text(user["kept_apart_m"], scenario)) or None
     found_out = outcomes(scenario, result, stages(traces, scenario)) if scenario else []
     result["outcomes"] = [each._asdict() for each in found_out]
-    result["verdict"] = check.verdict_lines(result)
+    result["verdict"] = [line._asdict() for line in check.lines(result)]
     reasons = [line["text"] for line in result["verdict"] if line["fails"]]
     result["check"] = {"passed": not reasons, "reasons": reasons}
     return result
