@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pmwvc_analysis.events.events import kept
 from pmwvc_analysis.export import export
 from pmwvc_analysis.figures.figures import charts, write_all
 from pmwvc_analysis.models.answer import answer
@@ -94,7 +93,7 @@ def figures(folder: str | Path, traces: SessionTraces, session: Scenario | None)
 
 def record(folder: str | Path, traces: SessionTraces, session: Scenario) -> None:
     """Write a session's ``session.mcap``, ``metadata.yaml``, ``scenario.yaml``; RecordingError."""
-    record_traces(folder, traces, session, metadata=kept(traces))
+    record_traces(folder, traces, session)
 
 
 def save(folder: str | Path, traces: SessionTraces, session: Scenario) -> dict[str, Any]:

@@ -5,6 +5,7 @@
 import json
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,6 @@ def finish(
     from pmwvc_analysis.figures.figures import charts, write_all
     from pmwvc_analysis.recording.reader import read_scenario, read_session
     from pmwvc_analysis.report.report import render
-    from pmwvc_analysis.traces.stages import until
     from pmwvc_analysis.verdicts import endings
     from pmwvc_analysis.verdicts.verdicts import summary
 
@@ -52,10 +52,10 @@ def finish(
     scenario = scenario or read_scenario(folder)
     traces = traces or read_session(folder)
     begins("judging the session")
-    traces.events = events.complete(traces, scenario)
-    ended = endings.endings(traces, traces.events, scenario)
-    energies = budget(until(traces, endings.judged_until_s(traces, ended)), scenario)
+    ended = endings.endings(traces, events.complete(traces, scenario), scenario)
+    energies = budget(endings.judged(traces, ended), scenario)
     result = summary(traces, scenario, energies)
+    traces = replace(traces, events=result["events"])
     target = folder if out is None else Path(out)
     elsewhere = f"'pmwvc report {folder} --out FOLDER' writes the report elsewhere"
     with file_errors(f"write into {target}", f"; what was recorded is kept: {elsewhere}"):

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import yaml
 from rich.console import Console
 
-from pmwvc_analysis.compare import settings
 from pmwvc_analysis.compare.measures import COLUMNS, Compared, measured
 from pmwvc_analysis.report.comparison import JSON, PAGE, write
 from pmwvc_bringup import scenarios as files
@@ -29,15 +28,11 @@ MOST = 100  # sessions, whose traces are held in memory
 
 
 class Combination(NamedTuple):
-    """One choice of values: its label, the settings, the scenario, and whether a setting gives a
-    parameter of its baseline; once tuned, where those parameters are from.
-    """
+    """One choice of values: its label, the settings and the scenario."""
 
     label: str
     settings: dict[str, object]
     scenario: Scenario
-    given: bool = False
-    tuning: str | None = None
 
 
 def combinations(
@@ -66,11 +61,9 @@ def combinations(
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
-        baseline = f"baseline.{scenario.controller}."
-        given = any(baseline in text.partition("=")[0] for text in texts)
         label = ", ".join(f"{n} = {v}" for n, v in zip(short, values, strict=True))
         settings = dict(zip(axes, map(yaml.safe_load, values), strict=True))
-        found.append(Combination(label or scenario.name, settings, scenario, given))
+        found.append(Combination(label or scenario.name, settings, scenario))
     if problems:
         raise ScenarioError(name, problems)
     return found
@@ -100,17 +93,6 @@ def folder_of(number: int, one: Combination) -> str:
     return f"runs/{number:02d}-{plain}"
 
 
-def tuned(chosen: Sequence[Combination], show: Callable[[float], None]) -> list[Combination]:
-    """Return the combinations with the baselines of each tuned for its scenario."""
-    found: list[Combination] = []
-    for one in chosen:
-        scenario, words = settings.tuned(
-            one.scenario, lambda ratio: show((len(found) + ratio) / len(chosen)), given=one.given
-        )
-        found.append(one._replace(scenario=scenario, tuning=words))
-    return found
-
-
 def simulated(
     chosen: Sequence[Combination], folder: Path, show: Callable[[float], None]
 ) -> list[Compared]:
@@ -127,7 +109,7 @@ def simulated(
         below = folder_of(number, one)
         record_traces(folder / below, each, one.scenario)
         write_summary(folder / below, summary(each, one.scenario))
-        found = Compared(one.label, one.settings, each, one.scenario, below, one.tuning)
+        found = Compared(one.label, one.settings, each, one.scenario, below)
         entries.append(measured(found))
         show(0.5 + 0.5 * number / len(chosen))
     return entries

@@ -62,7 +62,7 @@ class Entry(NamedTuple):
     """An account that a block keeps while it runs, as its ``accounts`` name it."""
 
     name: str
-    words: str  # the account in a figure's legend
+    words: str
     role: Role
     part: str = ""  # its block in an energy budget; the same words by default
 

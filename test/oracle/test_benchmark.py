@@ -14,6 +14,7 @@ import pytest
 from benchmark.again import again, same
 from benchmark.carry import completion_s
 from benchmark.columns import OF_TASK
+from benchmark.cost import path_error_m
 from benchmark.drawn import picture
 from benchmark.fast import pays
 from benchmark.feel import held_share
@@ -25,8 +26,10 @@ from benchmark.tasks import TASKS
 from benchmark.trial import Outcome, Trial, run
 from benchmark.walls import Asked, Grid, walls
 from benchmark.written import conditions, medians, sessions, table
+from support.plain import load
 
 from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.simulation.session import simulate_one
 
 TINY = Plan(
     2, ("wifi_campus",), 1, ("wifi_campus", "thesis_lan_24"), 1, duration_s=4.0,
@@ -90,6 +93,13 @@ def test_no_judging_network_or_seed_was_searched(plan):
     assert plan.training_seeds < 1000
     assert set(plan.methods) == set(METHODS)
     assert set(plan.tasks) == set(TASKS) == set(OF_TASK)
+
+
+def test_only_what_is_carried_has_a_path():
+    for name, least_m in (("wall", 0.0), ("carry_0ms", 1e-4)):
+        scenario = load(name, duration_s=5.0)
+        found = path_error_m(simulate_one(scenario), scenario)
+        assert found > least_m or found == least_m == 0.0
 
 
 def test_medians_and_shares_of_failed_sessions_and_how_often_an_interval_covers():

@@ -41,7 +41,7 @@ def test_motions_that_are_no_instability_are_exact_and_counted(values, modes):
     (left,), motions = model.quotient
     assert motions == modes
     # What is left to be zero shows in the eigenvalues that the quotient takes away.
-    ones = (np.sum(np.abs(np.linalg.eigvals(a) - 1.0) < 1e-3) for a in (model.transition, left))
+    ones = (np.sum(np.abs(np.linalg.eigvals(a) - 1.0) < 1e-3) for a in (model.matrices[0], left))
     assert next(ones) - next(ones) == modes
     assert spectral_radius(build(scenario)) < 1.0
 
@@ -91,7 +91,7 @@ def test_a_uniform_motion_goes_on(controller, live):
     names = list(map(unnumbered, linear.states))
     of = {"period_s": linear.ticks * scenario.tick_s}
     drift = going_on(linear, names.index("server.environment.body.xd"))
-    rest = linear.transition @ drift - drift
+    rest = linear.matrices[0] @ drift - drift
     under_way = [name.startswith("packet under way") for name in names]
     positions = [name.endswith((".x", ".deflection")) for name in names]
     assert np.abs(rest[~np.logical_or(positions, under_way)]).max() < 1e-12
@@ -104,7 +104,7 @@ def test_a_uniform_motion_goes_on(controller, live):
 
 def going_on(linear, velocity):
     """Return the motion in which one velocity is 1 that is a translation of A by translations."""
-    moves = linear.transition - np.eye(len(linear.states))
+    moves = linear.matrices[0] - np.eye(len(linear.states))
     _, _, rows = np.linalg.svd(moves @ moves)
     motions = rows[len(rows) - int(linear.quotient[1][0]) :]
     return motions.T @ np.linalg.pinv(motions[:, velocity][np.newaxis])[:, 0]

@@ -50,7 +50,7 @@ ROOMS = {
         ),
     ),
     "links and packets": Room(
-        2_292, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
+        2_287, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
         4_894,
@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_538,
+        3_408,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -73,19 +73,19 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_902,
+        3_838,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_122,
+        3_068,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        2_071, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        1_766, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_973, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_950, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_245,
         1_250,

@@ -11,7 +11,6 @@ from support import plain as files
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.traces.thresholds import CLOSED_NOTED
 from pmwvc_analysis.verdicts.passivity import component
 from pmwvc_core.simulation.session import simulate_one
 
@@ -107,14 +106,25 @@ def test_a_link_that_amplifies_is_named_with_what_it_gave():
     assert not any(entry.part == "link_up" for entry in passive.released)
 
 
-def test_missing_records_are_noted_and_the_budget_still_nearly_closes():
+def test_the_budget_ends_where_records_are_missing():
     traces, scenario = simulated("carry_16ms", "device.damping=3", duration_s=4.0)
     handmade.without_blocks(traces.users[0], slice(300, 303))
     found = budget(traces, scenario)
-    assert found.notes == ["user1: 24 ticks not recorded"]
-    assert found.closes
-    assert found.remainders == [("user1", "sample_hold")]  # it shows all the same
-    assert found.tolerance_j == pytest.approx(CLOSED_NOTED * found.moved_j, rel=1e-6)
+    assert found.notes == ["the budget ends at 2.40 s: not recorded"]
+    assert 2.37 < found.time_s[-1] < 2.4
+    assert float(np.abs(found.residual_j).max()) < 1e-9 * found.moved_j
+    assert found.remainders == []
+
+
+def test_without_the_beginning_of_a_record_the_budget_begins_later():
+    traces, scenario = simulated("wall", duration_s=1.0)
+    (user,) = traces.users
+    user.block_number = 1 + np.arange(len(user.block_time_s))
+    assert budget(traces, scenario).notes == []
+    handmade.without_blocks(user, slice(0, 3))
+    found = budget(traces, scenario)
+    assert 0.024 <= found.time_s[0] < 0.05
+    assert found.notes == [] and found.closes
 
 
 def test_the_budget_ends_where_a_master_was_started_again():
@@ -127,7 +137,7 @@ def test_the_budget_ends_where_a_master_was_started_again():
         sums[again:] -= sums[again - 1] - sums[again - 7]
     found = budget(traces, scenario)
     assert found.time_s[-1] == pytest.approx(user.time_s[again * 8], abs=2e-2)
-    assert "started again at 4.00 s" in found.notes[0]
+    assert found.notes == ["the budget ends at 3.99 s: user1 was started again"]
     assert {(e.owner, e.part) for e in found.released} <= {
         (e.owner, e.part) for e in whole.released
     }

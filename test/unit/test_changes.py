@@ -42,9 +42,12 @@ def worst(found):
     return max(float(np.abs(sums).max()) for sums in found.residuals.values())
 
 
-def test_the_budget_closes_to_rounding_through_every_change(changed):
+def test_the_budget_closes_to_rounding_and_ends_at_the_first_change_of_the_server(changed):
     traces, scenario = changed
-    assert worst(budget(traces, scenario)) < 1e-12
+    found = budget(traces, scenario)
+    assert worst(found) < 1e-12
+    assert 2.48 < found.time_s[-1] < 2.5
+    assert found.notes == ["the budget ends at 2.50 s: a parameter of the server changed"]
     assert inconsistencies(traces, scenario) == []
 
 

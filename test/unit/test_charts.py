@@ -212,7 +212,7 @@ def test_an_event_stands_at_its_time_in_every_figure(tmp_path):
     traces = handmade.session()
     traces.events = [{"time_s": 2.0, "who": "user1", "kind": "contact", "what": "touched"}]
     drawn = charts(traces, None)
-    data, _ = report.figure_data(drawn, traces, numbered(traces))
+    data, _ = report.figure_data(drawn, traces, numbered(traces.events))
     assert json.loads(str(data))["events"] == [[2.0, "1", "1. 2.000 s: user1 touched"]]
     found = by_script(data, tmp_path)
     assert found.keys() == {chart.name for chart in drawn}

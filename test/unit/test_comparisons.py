@@ -10,42 +10,23 @@ import pytest
 from support.plain import load
 
 from pmwvc_analysis.compare.measures import MEASURES, Compared
-from pmwvc_analysis.compare.settings import GIVEN, parameters_of, tuned
+from pmwvc_analysis.compare.settings import parameters_of, tuning_of
 from pmwvc_analysis.report import comparison as files
 from pmwvc_analysis.report.comparison import row
 from pmwvc_bringup import comparison as report
 from pmwvc_bringup.comparison import combinations
-from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.params import BaselineParams
 from pmwvc_core.traces import SessionTraces
 
 MATRIX = "30 2; 2 20"
-BASELINES = tuple(name for name, record in LIBRARY.items() if record.rule)
-DEFAULTS = {name: getattr(BaselineParams(), name) for name in BASELINES}
-
-
-def silent(ratio):
-    """Show no progress."""
-
-
-@pytest.mark.parametrize("controller", BASELINES)
-def test_parameters_that_are_given_are_kept(controller):
-    name = f"baseline.{controller}.damping"
-    for texts in ([f"{name}=2.5"], [f"{name}={DEFAULTS[controller].damping}"]):
-        texts = [f"controller={controller}", *texts]
-        (only,) = combinations("carry_16ms", [], settings_texts=texts)
-        kept, words = tuned(only.scenario, silent, given=only.given)
-        assert kept == only.scenario
-        assert words.startswith(GIVEN)
-    one = load("carry_16ms", settings_texts=[f"controller={controller}", f"user2.{name}=2.5"])
-    assert tuned(one, silent)[0] == one  # as its file has it
 
 
 def test_a_rule_that_the_parameters_miss_is_named():
     words = ["controller=virtual_coupling", "operator.kind=none", "device.damping=0"]
     scenario = load("carry_16ms", settings_texts=words)
-    assert tuned(scenario, silent, given=True)[1].startswith(f"{GIVEN}; misses rule colgate by")
+    assert tuning_of(scenario).startswith("misses rule colgate by")
+    words = ["controller=virtual_coupling", "baseline.virtual_coupling.stiffness=30"]
+    assert tuning_of(load("carry_16ms", settings_texts=words)) == "meets its rules"
 
 
 def shown(name, *settings):
@@ -59,7 +40,7 @@ def test_parameters_shown_are_those_of_the_controller_alone():
     two = shown("carry_16ms", "controller=pspm", "user2.baseline.pspm.damping=3")
     assert two["user2.baseline.pspm.damping"] == 3.0
     direct = load("direct_16ms")
-    assert (parameters_of(direct), tuned(direct, silent)) == ({}, (direct, None))
+    assert (parameters_of(direct), tuning_of(direct)) == ({}, None)
 
 
 @pytest.mark.parametrize(

@@ -109,12 +109,6 @@ def test_a_limited_force_is_one_event_with_both_forces():
     assert limit["what"] == "force limited for 0.100 s: up to 1.00 N commanded, 0.50 N applied"
 
 
-def test_events_are_not_repeated():
-    traces, scenario = handmade.session(), handmade.scenario()
-    traces.events = complete(traces, scenario)
-    assert complete(traces, scenario) == traces.events
-
-
 def test_a_live_environment_that_a_damper_replaced_is_named_with_time_and_count():
     """In virtual time the reason is known, too, and stands in the metadata instead."""
     traces = handmade.session()

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 
-from pmwvc_core.network.in_flight import Cause, FateKind, FateLog, RecordedFate, RecordedLink
+from pmwvc_core.network.in_flight import FateKind, FateLog, RecordedFate, RecordedLink
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
@@ -82,20 +82,6 @@ def test_what_a_link_did_is_done_again(seed, delay_s, loss, duplicate, jitter_s)
     again = RecordedLink(record)
     assert driven(again, 40) == there
     assert again.counters == link.counters
-
-
-def test_twice_as_many_packets_meet_the_fates_recorded_at_their_time():
-    lost = RecordedFate(None, FateKind.LOST, Cause.LOSS)
-    record = {1: [RecordedFate(0)], 2: [lost], 3: [RecordedFate(0)]}
-    link = RecordedLink(record, per_packet=0.5)
-    kinds = [link.send(None, n * MS)[0].kind for n in range(6)]
-    assert [kind is FateKind.LOST for kind in kinds] == [False, False, True, True, False, False]
-
-
-def test_half_as_many_packets_meet_every_other_fate():
-    record = {n: [RecordedFate(n * MS)] for n in range(1, 7)}
-    link = RecordedLink(record, per_packet=2.0)
-    assert [link.send(None, 0)[0].time_due_ns for _ in range(3)] == [MS, 3 * MS, 5 * MS]
 
 
 @pytest.mark.parametrize("number", [1, 2])

@@ -11,7 +11,7 @@ from pmwvc_analysis.compare.measures import measures
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.traces.thresholds import IMPACT_S
-from pmwvc_analysis.verdicts.check import verdict_lines
+from pmwvc_analysis.verdicts import check
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.session.terminal import verdict_lines as printed
 
@@ -54,7 +54,7 @@ def test_a_force_that_is_missing_for_20_ms_is_named_with_amount_time_and_length(
     assert [user["blows"] for user in result["users"]] == [2, 0]
     assert result["users"][0]["dropout_s"] == found.dropout_s
     text = "user1: the force changed by 0.80 N within 1 ms at 3.00 s and 1 more above 0.3 N"
-    assert f"{text}." in [line["text"] for line in verdict_lines(result)]
+    assert f"{text}." in [line.text for line in check.lines(result)]
     assert f"  {text}." in printed(result)
     compared = measures(traces, handmade.scenario(dof=dof))
     assert compared["force_step_max_n"] == found.force_step_max_n

@@ -8,16 +8,12 @@ import numpy as np
 import pytest
 from support import handmade
 
-from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.budget.parts import account_words
 from pmwvc_analysis.charts import chart_files, style
-from pmwvc_analysis.figures.energy_charts import accounts, grouped, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
 from pmwvc_analysis.figures.link_charts import energy, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_analysis.traces.sums import runs
-from pmwvc_core.simulation.session import simulate_one
 
 
 def lines(chart, row=0):
@@ -27,11 +23,8 @@ def lines(chart, row=0):
 
 @pytest.fixture(scope="module")
 def live():
-    """Traces of a session with late loops, an account, an absent avatar and a late server."""
+    """Traces of a session with an absent avatar and a late server."""
     traces = handmade.session()
-    for place, user in enumerate(traces.users):
-        user.lateness_s = np.random.default_rng(place).gamma(2.0, 40e-6, len(user.tick))
-    user.accounts["position_spent"] = np.linspace(0.0, 2e-3, len(user.block_time_s))
     traces.server.state[0][:100] = 0
     return traces
 
@@ -103,7 +96,7 @@ def test_a_force_near_its_limit_shows_the_limit():
 def test_every_figure_is_written_with_its_points_units_and_source(live, tmp_path):
     drawn = charts(live, handmade.scenario())
     write_all(drawn, live, tmp_path)
-    names = ["positions", "forces", "energy", "budget", "controller", "network", "loop"]
+    names = ["positions", "forces", "energy", "network"]
     assert [chart.name for chart in drawn] == names
     assert len(drawn) == len(FIGURES)
     for chart in drawn:
@@ -129,7 +122,6 @@ def test_what_was_not_recorded_is_left_out():
     assert names(server=None, fates={}) == ["positions", "forces"]
     assert names(server=None, fates={}, users=[]) == []
     assert names(users=[]) == ["positions", "network"]
-    assert "loop" not in names()  # virtual time has no lateness
 
 
 def test_stretches_close_together_are_one():
@@ -137,27 +129,3 @@ def test_stretches_close_together_are_one():
     flags = np.array([0, 1, 1, 0, 1, 0, 0, 0, 0, 1], dtype=bool)
     found = runs(flags, time_s, join_s=0.25)
     assert found == [(1, 4), (9, 9)]
-
-
-def test_the_stack_of_energies_ends_where_the_hands_do():
-    scenario = handmade.scenario()
-    traces = simulate_one(scenario)
-    panel = whereabouts(traces, scenario).panels[0]
-    found = budget(traces, scenario)
-    groups = grouped(found).values()
-    given = sum(found.hands.values()) * 1e3
-    np.testing.assert_allclose(panel.lines[0].y, given)
-    top = sum(np.maximum(sums, 0.0) for sums in groups)
-    bottom = sum(np.minimum(sums, 0.0) for sums in groups)
-    highest = max(layer.high.max() for layer in panel.layers)
-    lowest = min(layer.low.min() for layer in panel.layers)
-    assert highest == pytest.approx(top.max() * 1e3, rel=1e-2)
-    assert lowest == pytest.approx(min(0.0, bottom.min() * 1e3), rel=1e-2, abs=1e-3)
-
-
-def test_the_accounts_of_a_controller_are_drawn_only_where_it_has_some(live):
-    assert accounts(handmade.session(), None) is None
-    chart = accounts(live, None)
-    assert [panel.title for panel in chart.panels] == ["user2"]
-    drawn = lines(chart)[account_words("position_spent")]
-    np.testing.assert_allclose(drawn.y, live.users[1].accounts["position_spent"] * 1e3)

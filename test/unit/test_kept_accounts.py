@@ -12,7 +12,7 @@ from support import plain as scenarios
 from support.operators import TICK_S, Device
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.parts import account_words, accounted, words_of
+from pmwvc_analysis.budget.parts import accounted, words_of
 from pmwvc_core.account import Account, Entry, Passage, Role
 from pmwvc_core.controllers.accounts import CONTACTS
 from pmwvc_core.controllers.library import LIBRARY, RECORDS, entries
@@ -121,7 +121,6 @@ def test_names_are_unique_and_every_account_has_words():
     names = [entry.name for record in records for entry in record.accounts]
     assert len(names) == len(set(names))
     for entry in entries().values():
-        assert account_words(entry.name) == entry.words
         assert words_of(entry.name) == (entry.part or entry.words)
 
 
@@ -141,7 +140,6 @@ def test_an_account_of_another_package_is_a_part_of_the_budget(monkeypatch):
     assert parts["lab_heat"][-1] == pytest.approx(1e-3, rel=0.02)
     assert parts["link"][-1] == pytest.approx(unknown["link"][-1] - parts["lab_heat"][-1])
     assert words_of("lab_heat") == "laboratory"
-    assert account_words("lab_heat") == "damping of the laboratory"
     assert (user.name, "link") in known.remainders
     signs = {role: accounted_sign(monkeypatch, heat._replace(role=role)) for role in Role}
     assert signs == {Role.TAKEN: 1, Role.GIVEN: -1, Role.WITHIN: 0, Role.LEVEL: 0, Role.SHOWN: 0}

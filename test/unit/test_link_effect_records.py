@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from support.lab import offer
 from support.plain import load
 
-from pmwvc_analysis.compare.settings import GIVEN, tuned
-from pmwvc_analysis.events.events import complete, kept
+from pmwvc_analysis.compare.settings import tuning_of
+from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linear
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.recording.from_traces import record_traces
@@ -179,8 +179,7 @@ def test_a_tuning_rule_is_unknown_behind_an_effect_whose_delay_is(lab):
     )
     text = "the longest delay by half is not known"
     assert f"user1: rule 'delay' unknown: {text}." in lines(unknown, live=False)
-    words = f"{GIVEN}; rule delay unknown, as {text}"
-    assert tuned(unknown, lambda ratio: None, given=True) == (unknown, words)
+    assert f"rule delay unknown, as {text}" in tuning_of(unknown)
     assert not any("unknown" in line for line in lines(known, live=False))
 
 
@@ -213,7 +212,7 @@ def test_a_session_goes_on_and_names_the_effect_that_failed(lab, tmp_path):
     failed = [each for each in complete(traces, known) if "'torn' raised" in each["what"]]
     assert [each["who"] for each in failed] == ["link user1/up", "link user2/up"]
     assert {each["kind"] for each in failed} == {"link"}
-    record_traces(tmp_path / "one", traces, known, metadata=kept(traces))
+    record_traces(tmp_path / "one", traces, known)
     recorded = complete(read_session(tmp_path / "one"), known)
     assert [each for each in recorded if "'torn' raised" in each["what"]] == failed
     calm = load("carry_16ms", settings_texts=["link.up.effects=known", "duration_s=0.4"])

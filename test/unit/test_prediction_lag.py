@@ -10,7 +10,7 @@ from support import plain as scenarios
 
 from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
 from pmwvc_analysis.prediction.prediction import prediction
-from pmwvc_analysis.prediction.rendering import link_words
+from pmwvc_analysis.prediction.text import link_words
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.params import DeviceParams, FilterParams, MasterParams
 

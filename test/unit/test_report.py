@@ -121,7 +121,7 @@ def test_finish_writes_summary_report_and_plots(tmp_path):
     found = Page((tmp_path / "report.html").read_text())
     plots = {path.stem for path in (tmp_path / "plots").glob("*.png")}
     assert plots == {path.stem for path in (tmp_path / "plots").glob("*.svg")}
-    assert plots == {"positions", "forces", "energy", "budget", "network"}
+    assert plots == {"positions", "forces", "energy", "network"}
     assert plots <= found.ids
     assert [source[:22] for source in found.sources] == ["data:image/png;base64,"] * len(plots)
     assert not re.search(r"https?://(?!www\.w3\.org/)", (tmp_path / "report.html").read_text())

@@ -11,7 +11,7 @@ method where the module of its record has ``RANGES``, the ranges of its paramete
 import importlib
 from dataclasses import dataclass
 
-from pmwvc_analysis.compare.settings import drawn
+from benchmark.cost import drawn
 from pmwvc_core.controllers.library import LIBRARY, RECORDS
 from pmwvc_core.plugins import installed
 

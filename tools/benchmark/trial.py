@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """One session of the benchmark: a method at a task on a network, with the hands and packet fates
-of a seed. :mod:`pmwvc_analysis.compare.settings` tells when a session has failed, or is restless.
+of a seed. :mod:`benchmark.cost` tells when a session has failed, or is restless.
 One that fails stays in all results, with infinite numbers.
 """
 
@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 from benchmark import feel
 from benchmark.carry import absorbed, completion_s, grip_lost
+from benchmark.cost import FAILED_COST, cost, failure, path_error_m
 from benchmark.fast import simulated
 from benchmark.methods import Settings
 from benchmark.tasks import TASKS, scenario_of
 from pmwvc_analysis.compare.measures import coherency_m, force_error_n, least_balance
-from pmwvc_analysis.compare.settings import FAILED_COST, cost, failure, path_error_m
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -42,7 +42,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Cost:
-    """What the search looks at (:mod:`pmwvc_analysis.compare.settings`), and the buzz."""
+    """What the search looks at (:mod:`benchmark.cost`), and the buzz."""
 
     cost: float
 

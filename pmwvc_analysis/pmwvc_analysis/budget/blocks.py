@@ -79,8 +79,8 @@ class OfUser(NamedTuple):
 
 
 def of_user(at: "At", known: User, scenario: Scenario) -> OfUser:
-    """Return the accounts of one user. Around ticks that were skipped or not recorded both ends
-    are known, and the rest counts as sampled and held.
+    """Return the accounts of one user. Around ticks that were skipped both ends are known, and the
+    rest counts as sampled and held.
     """
     own, unknown = device(at.blocks, known.device)
     between = channel(at, known, scenario)
@@ -157,8 +157,8 @@ def _without_waves(at: At) -> Channel:
 
 
 def _port(blocks: BlockSums, known: User) -> tuple[Account, Sums]:
-    """Return the account of a wave port with its safety limits, and the parts of both. In a gap of
-    the record the master's own sums hold, and give what was taken there.
+    """Return the account of a wave port with its safety limits, and the parts of both. Where ticks
+    were skipped the master's own sums give what was taken there.
     """
     user, dt = blocks.user, blocks.user.tick_s
     port = WavePort(known.impedance)

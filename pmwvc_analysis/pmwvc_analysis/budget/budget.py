@@ -6,26 +6,22 @@
 
 at every step of the server, with the blocks of each user that had ended by then. Each part is the
 account of a block, stated beside the block's law and summed over the session: of a user's blocks
-in :mod:`.blocks`, of the server here. The residual is what the parts do not explain: rounding,
-where the whole session is on record. What is not on record is left out, and the budget ends where
-a master or the server was started again.
+in :mod:`.blocks`, of the server here. The residual is what the parts do not explain: rounding.
+The budget ends where something is missing in the record, where a master or the server was started
+again, and where a parameter of the server changed.
 
 Equations: docs/theory.md 13.6, 14.3.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.budget.parts import notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
-from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import ran_s, stretch
-from pmwvc_analysis.traces.stages import Stage, rows_of, stages
+from pmwvc_analysis.traces.holes import Unjudged, holes, ran_s, stretch
+from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_analysis.traces.sums import running, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT
@@ -40,26 +36,30 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     """Return the budget of a session; None without scenario, server or the master's own sums, and
     where motion is not finite.
     """
-    server = traces.server
-    if server is None or scenario is None or not len(server.time_s):
+    if scenario is None or traces.server is None or not len(traces.server.time_s):
         return None
+    scenario, ended = _ended(traces, scenario)
     known = {user.name: user for user in scenario.users}
+    traces = until(traces, ended.start_s)
+    if (server := traces.server) is None:
+        return None
     users = [u for u in traces.users if u.name in known and u.name in server.users]
     if not users or any(len(u.time_s) < 2 or "u_tx" not in u.energy for u in users):
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
     times = ran_s(server, traces)
-    end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
-    judged = times <= end + 1e-9  # steps that every user's record contains
-    for user in users:
-        judged &= stretch(user, server).known(times)
-    rows = np.flatnonzero(judged) if judged.any() else np.zeros(1, dtype=np.intp)
+    end_s = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
+    start_s = max(stretch(user, server).start_s for user in users)
+    # steps that every user's record contains
+    rows = np.flatnonzero((times >= start_s) & (times <= end_s + 1e-9))
+    if not len(rows):
+        return None
     time_s = times[rows]
     waves = zip(map(running, server.energy_u_s), map(running, server.energy_v_s), strict=True)
     at_server = dict(zip(server.users, waves, strict=True))  # energies of u_s and v_s
     into = sum_of(u_s - v_s for u_s, v_s in at_server.values())
-    inside, unexplained = _server_parts(server, stages(traces, scenario), into)
+    inside, unexplained = _server_parts(server, scenario, into)
     # users other than these sent no trace
     recorded = sum_of(np.subtract(*at_server[user.name]) for user in users)
     of_users = {}
@@ -76,19 +76,35 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         {name: own.parts for name, own in of_users.items()}
         | {SERVER: {part: sums[rows] for part, sums in inside.items()}},
         residuals | {SERVER: (unexplained - (into - recorded))[rows]},
-        notes_on(users, known, server),
+        notes_on(users, known, ended),
         {user.name: declared_j(scenario, known[user.name]) for user in users},
         [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
-        server_is_whole=not holes.of_server(server),
+        server_is_whole=bool(server.step[0] <= 1),
     )
 
 
-def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:
+def _ended(traces: SessionTraces, scenario: Scenario) -> tuple[Scenario, Unjudged]:
+    """Return the scenario at the start, and when the budget of it ends and why."""
+    server = traces.server
+    assert server is not None
+    unknown = [hole.unjudged for hole in holes(traces) if hole.start_s > 0.0]
+    for user in (each for each in traces.users if each.name in server.users):
+        unknown += stretch(user, server).unjudged
+    first, *later = stages(traces, scenario)
+    for stage in later:
+        if stage.start_s <= 0.0:
+            first = stage
+        elif stage.scenario.server != first.scenario.server:
+            at_s = stage.start_s - 1e-9
+            unknown.append(Unjudged(at_s, at_s, "a parameter of the server changed"))
+    return first.scenario, min(unknown, default=Unjudged(traces.duration_s, np.inf, ""))
+
+
+def _server_parts(server: ServerTraces, scenario: Scenario, into: Array) -> tuple[Sums, Array]:
     """Return the parts of the server at all its steps, and what they do not explain.
 
     ``integration`` is what the steps of a sampled coupling leave over. The implicit coupling
-    leaves nothing over; there it belongs to the residual. A black box has parts of its own. Each
-    step counts with the parameters of its stage.
+    leaves nothing over; there it belongs to the residual. A black box has parts of its own.
     """
     ports = zip(server.f_s, server.xd_s, strict=True)
     power = sum(np.nan_to_num(np.sum(f * xd, axis=-1)) for f, xd in ports)
@@ -96,7 +112,7 @@ def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> 
     own, braked = server.accounts, {}
     if BRAKES.name in own:
         braked, into = {BRAKES.name: own[BRAKES.name]}, into - own[BRAKES.name]
-    if found[0].scenario.coupling.black_box:
+    if scenario.coupling.black_box:
         energies = {**own, "ports": into, "avatars": work, "reported": server.potential}
         left = blocks.passed((PORT, ENVIRONMENT), energies)
         return {
@@ -105,14 +121,10 @@ def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> 
             "environment_stored": server.potential,
             ENVIRONMENT.part: left[ENVIRONMENT.part],
         }, left[PORT.part]
-    late, exact = np.zeros(len(into), dtype=bool), np.zeros(len(into), dtype=bool)
-    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
-        late |= rows & stage.scenario.coupling.late
-        exact |= rows & stage.scenario.coupling.exact
-    body = _object(server, found)
+    coupling, body = scenario.coupling, _object(server, scenario)
     energies = {
         "ports": into,
-        "avatars": _chosen(late, work, into),
+        "avatars": work if coupling.late else into,
         "object": np.asarray(body.taken),
         "springs": server.potential,
         "dampers": np.asarray(server.dissipated - body.dissipated - body.residual),
@@ -122,40 +134,28 @@ def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> 
     return {
         **braked,
         DECODING.part: left[DECODING.part],
-        CONTACTS.part: _chosen(exact, none, residual),
+        CONTACTS.part: none if coupling.exact else residual,
         "contact_damping": energies["dampers"],
         "contact_stored": server.potential,
         "object_kinetic": np.asarray(body.stored),
         "object_damping": np.asarray(body.dissipated),
-    }, np.asarray(body.residual + _chosen(exact, residual, none))
+    }, np.asarray(body.residual + (residual if coupling.exact else none))
 
 
-def _chosen(rows: NDArray[np.bool_], there: Array, elsewhere: Array) -> Array:
-    """Return a running sum that grows as one of two: ``there`` in some rows, else the other."""
-    grows = [np.diff(sums, prepend=0.0) for sums in (there, elsewhere)]
-    return np.cumsum(np.where(rows, *grows))
-
-
-def _object(server: ServerTraces, found: Sequence[Stage]) -> Account:
+def _object(server: ServerTraces, scenario: Scenario) -> Account:
     """Return the account of the object since the start."""
     none = np.zeros(len(server.time_s))
-    if not found[0].scenario.environment.movable:
+    if not scenario.environment.movable:
         return Account(server.kinetic, none, server.kinetic, none)
+    params, motion = scenario.server, scenario.coupling.object_motion
     force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
     before = np.concatenate([0.0 * force[:1], force[:-1]])
     velocity = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
-    taken, heat = none.copy(), none.copy()
-    mass = found[0].scenario.server.object_mass
-    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
-        params, motion = stage.scenario.server, stage.scenario.coupling.object_motion
-        if params.object_mass != mass and rows.any():  # it goes on with the energy that it had
-            velocity[np.argmax(rows)] *= np.sqrt(mass / params.object_mass)
-        mass = params.object_mass
-        m, b, h = params.object_mass, params.object_damping, server.periods_s[rows, np.newaxis]
-        moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows]
-        push = (before if motion == "held_before" else force)[rows]
-        lost: Value = b / h * squared(moved)  # by the midpoint rule: at a mean velocity
-        if motion != "midpoint":
-            lost = damper_heat(m, b, h, velocity[rows], push)
-        taken[rows], heat[rows] = np.ravel(dot(push, moved)), np.ravel(lost)
-    return Account(np.cumsum(taken), none, server.kinetic, np.cumsum(heat))
+    m, b, h = params.object_mass, params.object_damping, server.periods_s[:, np.newaxis]
+    moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])
+    push = before if motion == "held_before" else force
+    heat: Value = b / h * squared(moved)  # by the midpoint rule: at a mean velocity
+    if motion != "midpoint":
+        heat = damper_heat(m, b, h, velocity, push)
+    taken = np.cumsum(dot(push, moved))
+    return Account(taken, none, server.kinetic, np.cumsum(heat))

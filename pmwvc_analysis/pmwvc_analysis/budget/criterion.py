@@ -31,7 +31,6 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
-MOST_SHOWN = 3  # intervals not judged
 UNRESOLVED = "the steps of the encoder leave the work of the hand open"
 
 
@@ -108,8 +107,7 @@ class Balance:
         """
         balance_j, own_j = self.balance_j, np.abs([self.energy_in_j, self.energy_out_j])
         whys = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged]
-        if len(whys) > MOST_SHOWN:
-            whys[MOST_SHOWN:] = [f"{len(whys) - MOST_SHOWN} more intervals not judged"]
+        whys[3:] = [f"{len(whys) - 3} more intervals not judged"] if len(whys) > 3 else []
         moved_j = float(own_j.max(initial=0.0)) if self.moved_j is None else self.moved_j
         found = Finding(
             owner, part, None, tolerance_j=TOLERANCE_J, declared_j=self.declared_j,

@@ -11,42 +11,31 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import gaps
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.controllers.library import entries
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.traces import ServerTraces, UserTraces
-from pmwvc_core.words import count
+from pmwvc_core.traces import UserTraces
 
-# words, empty for those of the account of the same name; group under which a figure adds it up
-PARTS: Mapping[str, tuple[str, str]] = {
-    "hand": ("given by the hand", "hands"),
-    "device_kinetic": ("motion of the device", "devices"),
-    "device_damping": ("damping of the device", "devices"),
-    "sample_hold": ("sampling and holding at the device", "sampling and safety"),
-    "safety": ("safety limits", "sampling and safety"),
-    "filter": ("anti-aliasing filter", "filters and holds"),
-    "rate_drop": ("rate drop", "filters and holds"),
-    "hold": ("hold", "filters and holds"),
-    "filter_and_hold": ("anti-aliasing filter, hold and filter bank", "filters and holds"),
-    "node": ("", "filters and holds"),
-    "node_and_link_down": ("node and link down with packets in flight", "filters and holds"),
-    "link_up": ("link up with packets in flight", "links"),
-    "link_down": ("link down with packets in flight", "links"),
-    "link": ("link in both directions", "links"),
-    "late_decoding": ("", "server's computation"),
-    "integration": ("integration of the server", "server's computation"),
-    "withheld": ("", "server's computation"),
-    "contained": ("", "server's computation"),
-    "avatar_brakes": ("", "contacts"),
-    "contact_damping": ("damping of the contacts", "contacts"),
-    "contact_stored": ("springs of the contacts", "contacts"),
-    "environment_stored": ("stored by the environment", "contacts"),
-    "environment_heat": ("dissipated in the environment", "contacts"),
-    "object_kinetic": ("motion of the object", "object"),
-    "object_damping": ("damping of the object", "object"),
+PARTS: Mapping[str, str] = {  # but for those that are accounts, with words of their own
+    "device_kinetic": "motion of the device",
+    "device_damping": "damping of the device",
+    "sample_hold": "sampling and holding at the device",
+    "safety": "safety limits",
+    "filter": "anti-aliasing filter",
+    "filter_and_hold": "anti-aliasing filter, hold and filter bank",
+    "node_and_link_down": "node and link down with packets in flight",
+    "link_up": "link up with packets in flight",
+    "link_down": "link down with packets in flight",
+    "link": "link in both directions",
+    "integration": "integration of the server",
+    "contact_damping": "damping of the contacts",
+    "contact_stored": "springs of the contacts",
+    "environment_stored": "stored by the environment",
+    "environment_heat": "dissipated in the environment",
+    "object_kinetic": "motion of the object",
+    "object_damping": "damping of the object",
 }
-UNKNOWN = ("", "controller")
 INFERRED = "the hand's force was not measured; its work is inferred from the motion of the device"
 FRICTION = "the heat of friction is exact except where motion reverses"
 
@@ -59,21 +48,10 @@ def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
 
 def words_of(part: str) -> str:
     """Return a part in words."""
-    if words := PARTS.get(part, UNKNOWN)[0]:
+    if words := PARTS.get(part):
         return words
     entry = entries().get(part)
     return entry.part or entry.words if entry else part.replace("_", " ")
-
-
-def group_of(part: str) -> str:
-    """Return the group under which a part is added up."""
-    return PARTS.get(part, UNKNOWN)[1]
-
-
-def account_words(account: str) -> str:
-    """Return a controller's account in words."""
-    entry = entries().get(account)
-    return entry.words if entry else account.replace("_", " ")
 
 
 def of_server(scenario: Scenario) -> set[str]:
@@ -83,18 +61,9 @@ def of_server(scenario: Scenario) -> set[str]:
     return set() if scenario.coupling.exact else {"integration"}
 
 
-def notes_on(users: list[UserTraces], known: dict[str, User], server: ServerTraces) -> list[str]:
-    """Return in words what keeps a budget from closing to rounding."""
-    loops = [(user.name, "tick", user.tick, user.time_s, gaps(user)) for user in users]
-    jumps = np.flatnonzero(np.diff(server.step) > 1)
-    loops.append(("server", "step", server.step, server.time_s, jumps))
-    found = []
-    for who, unit, numbers, time_s, missing in loops:
-        steps = np.diff(numbers)
-        for row in np.flatnonzero(steps < 0)[:1] + 1:
-            found.append(f"{who}: started again at {time_s[row]:.2f} s; the budget ends there")
-        if lost := int(np.sum(steps[missing] - 1)):
-            found.append(f"{who}: {count(lost, unit)} not recorded")
+def notes_on(users: list[UserTraces], known: dict[str, User], ends: Unjudged) -> list[str]:
+    """Return in words why a budget ends early, and what keeps it from closing to rounding."""
+    found = [f"the budget ends at {ends.start_s:.2f} s: {ends.why}"] if ends.why else []
     for user in users:
         if not np.isfinite(user.f_h).all():
             found.append(f"{user.name}: {INFERRED}")

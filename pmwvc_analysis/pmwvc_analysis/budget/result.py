@@ -17,8 +17,8 @@ from pmwvc_analysis.traces.thresholds import CLOSED, CLOSED_NOTED, SMALLEST_J
 from pmwvc_core.numeric import Array
 
 SERVER = "server"
-# Of a device that shows something else than it does, and of ticks that were skipped or not
-# recorded, these are what the others leave: that is no release.
+# Of a device that shows something else than it does, and of ticks that were skipped, these are
+# what the others leave: that is no release.
 OPEN = "device_damping", "sample_hold"
 
 Sums = dict[str, Array]  # running sums [J] by part

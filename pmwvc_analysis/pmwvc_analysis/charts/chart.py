@@ -44,18 +44,6 @@ class Dots:
 
 
 @dataclass(frozen=True)
-class Layer:
-    """The area between two curves."""
-
-    label: str
-    x: Array
-    low: Array
-    high: Array
-    tint: str
-    hatch: int = 0
-
-
-@dataclass(frozen=True)
 class Band:
     """A marked stretch of time."""
 
@@ -80,7 +68,6 @@ class Panel:
     y_label: str
     lines: Sequence[Curve] = ()
     dots: Sequence[Dots] = ()
-    layers: Sequence[Layer] = ()
     bands: Sequence[Band] = ()
     levels: Sequence[Level] = ()
     title: str = ""

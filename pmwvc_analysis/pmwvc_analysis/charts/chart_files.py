@@ -27,7 +27,6 @@ MARKERS = {"dot": (".", 2.5), "ring": ("o", 5.0), "cross": ("x", 5.0), "plus": (
 CLOSE = 0.03  # of the span: numbers of events lie over each other
 MOST_NUMBERS = 320_000  # in all figures of a report together: 1.7 MB of text
 LEAST_POINTS = 2_000  # of a curve, however many there are
-HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
 
 
 def write(
@@ -88,10 +87,6 @@ def _panel(axes: "Axes", panel: Panel) -> None:
     for band in panel.bands:
         look: dict[str, Any] = {"color": LIGHT[band.tint], "hatch": "///", "alpha": 0.18}
         axes.axvspan(*band.span, linewidth=0.0, label=band.label, **look)
-    for layer in panel.layers:
-        look = {"facecolor": LIGHT[layer.tint], "edgecolor": "white", "alpha": 0.75}
-        look |= {"hatch": HATCHES[layer.hatch], "linewidth": 0.0, "label": layer.label}
-        axes.fill_between(layer.x, layer.low, layer.high, **look)
     for line in panel.lines:
         x, y = _interrupted(line)
         dash = (0, tuple(each / line.width for each in line.dash)) if line.dash else "-"
@@ -175,7 +170,7 @@ def thinned(x: Array, y: Array, *, period: float, most: int) -> Integers:
 
 def _fields(panel: Panel, arrays: Arrays, most: int) -> dict[str, Any]:
     """Return the fields of a panel and of all it shows; arrays by their numbers."""
-    kinds = ("lines", "dots", "layers", "bands", "levels")
+    kinds = ("lines", "dots", "bands", "levels")
     shown = {kind: [_shown(each, arrays, most) for each in getattr(panel, kind)] for kind in kinds}
     return vars(panel) | shown | {"of_time": panel.of_time}
 

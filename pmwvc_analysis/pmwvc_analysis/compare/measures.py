@@ -39,8 +39,6 @@ COLUMNS = (  # measure, heading of the report and of a terminal (empty: not ther
     ("first_peak_hz", "first resonance [Hz]", "peak [Hz]", 1.0),
     ("mass_free_kg", "mass in free space [kg]", "free [kg]", 1.0),
     ("damping_free_n_s_m", "damping in free space [N s/m]", "free [N s/m]", 1.0),
-    ("mass_link_kg", "mass without the device [kg]", "", 1.0),
-    ("damping_link_n_s_m", "damping without the device [N s/m]", "", 1.0),
     ("coherency_rms_m", "offset of the device from its avatar, RMS [mm]", "offset [mm]", 1e3),
     ("force_error_rms_n", "force error, RMS [N]", "force err [N]", 1.0),
     ("energy_min_j", "lowest energy balance of a port [mJ]", "balance [mJ]", 1e3),
@@ -53,7 +51,7 @@ COLUMNS = (  # measure, heading of the report and of a terminal (empty: not ther
     ("left_out", "packets left out by a deadband [%]", "left out [%]", 100.0),
 )
 MEASURES = "stable", "instability", "passive", "active_part", "free_hz", *(c[0] for c in COLUMNS)
-FREE = "mass_free_kg", "damping_free_n_s_m", "free_hz", "mass_link_kg", "damping_link_n_s_m"
+FREE = "mass_free_kg", "damping_free_n_s_m", "free_hz"
 WORST = "force_step_max_n", "blows", "dropout_s", "buzz_n"  # those of the worst user
 
 
@@ -79,8 +77,7 @@ class Compared:
     """One session of a comparison.
 
     ``settings`` are the parameters by which it differs from the others; ``folder`` is where it is
-    on disk, relative to the comparison's folder where it is inside; ``tuning`` tells where a
-    baseline has its parameters from.
+    on disk, relative to the comparison's folder where it is inside.
     """
 
     label: str
@@ -88,7 +85,6 @@ class Compared:
     traces: SessionTraces
     scenario: Scenario
     folder: str = ""
-    tuning: str | None = None
     measures: dict[str, Any] = field(default_factory=dict)
 
 

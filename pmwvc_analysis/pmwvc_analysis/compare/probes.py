@@ -31,7 +31,6 @@ from pmwvc_analysis.transparency.transparency import (
     Rendering,
     Transparency,
     ideal_of,
-    of_link,
     untouched,
 )
 from pmwvc_core.errors import PmwvcError
@@ -59,13 +58,11 @@ INCOHERENT = "mass and damping unknown (motion does not cohere, or half a second
 
 
 class FreeSpace(NamedTuple):
-    """Mass [kg], damping [N s/m] with nothing touched at [Hz]; None: the device has friction."""
+    """Mass [kg] and damping [N s/m] with nothing touched, at a frequency [Hz]."""
 
     mass_kg: float
     damping_n_s_m: float
     frequency_hz: float
-    mass_link_kg: float | None
-    damping_link_n_s_m: float | None
 
 
 def swing_hz(scenario: Scenario) -> float | None:
@@ -104,7 +101,7 @@ def free_space(scenario: Scenario) -> FreeSpace | None:
     if abs(ratios[1] - ratios[0]) > SETTLED * abs(ratios[1]):
         return None
     felt = float(-ratios[1].real / omega**2), float(ratios[1].imag / omega)
-    return FreeSpace(*felt, omega / (2.0 * np.pi), *of_link(first.device, *felt))
+    return FreeSpace(*felt, omega / (2.0 * np.pi))
 
 
 def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
@@ -154,7 +151,7 @@ def probed(scenario: Scenario, user: int = 0) -> tuple[Rendering, str]:
     if free is None:
         return Rendering(k and 1.0 / k, k), f"{press}, {INCOHERENT}"
     swing = f"mass and damping by a swing of at most {SWING_N:g} N at {free.frequency_hz:.3g} Hz"
-    return Rendering(k and 1.0 / k, k, None, *free[:2], *free[3:]), f"{press}, {swing}"
+    return Rendering(k and 1.0 / k, k, None, *free[:2]), f"{press}, {swing}"
 
 
 def measured_words(scenario: Scenario, user: int = 0) -> str:

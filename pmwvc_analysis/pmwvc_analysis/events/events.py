@@ -8,7 +8,6 @@ kinds: docs/file_format.md.
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 from pmwvc_analysis.events import grips, nodes
 from pmwvc_analysis.events.nodes import Event, event
@@ -20,19 +19,14 @@ from pmwvc_core.words import count
 
 
 def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
-    """Return all events of a session in the order of time, those without a time first. What is in
-    ``traces.events`` already is not repeated.
+    """Return what was noted of a session and what its traces show, in the order of time, events
+    without a time first.
     """
-
-    def key(each: Event) -> tuple[Any, ...]:
-        return each["time_s"], each.get("who"), each["kind"], each.get("what")
-
-    noted = []
+    found = []
     for each in traces.events:  # without a kind: the end of a node, or the recorder's
         recorder = each.get("who") == "recorder" and "code" not in each
-        noted.append(each | {"kind": each.get("kind", "recording" if recorder else "ended")})
-    seen = {key(each) for each in noted}
-    found = noted + [each for each in _derived(traces, scenario) if key(each) not in seen]
+        found.append(each | {"kind": each.get("kind", "recording" if recorder else "ended")})
+    found += _derived(traces, scenario)
     return sorted(found, key=lambda each: (each["time_s"] is not None, each["time_s"] or 0.0))
 
 
@@ -56,11 +50,6 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
 
 REPLACED = ("environment", "coupling")  # in the steps that failed
 LINKS = "links"
-
-
-def kept(traces: SessionTraces) -> dict[str, Any]:
-    """Return the faults of a simulated session as metadata records of its recording."""
-    return {name: traces.metadata[name] for name in (*REPLACED, LINKS) if name in traces.metadata}
 
 
 def faults(traces: SessionTraces) -> Iterator[Event]:

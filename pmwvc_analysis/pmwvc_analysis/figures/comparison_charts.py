@@ -21,18 +21,15 @@ from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
 from pmwvc_analysis.traces.apart import apart
 
-OVERLAID = ("device on hand [N]", "f_applied", 1.0), ("device [mm]", "x_m", 1e3)
-
 
 def draw_all(entries: Sequence[Compared], folder: Path) -> list[tuple[Chart, Path]]:
     """Write every figure as PNG and SVG; return the figures with their PNG in reading order."""
-    found = [overlay(*entries)] if len(entries) == 2 else []
-    found += [signals(entries, *signal) for signal in SIGNALS]
-    named = [
-        replace(chart, name=f"compare_{chart.name}", title=chart.title or chart.heading)
-        for chart in found
-    ]
-    return [(chart, write(chart, folder)[0]) for chart in named]
+    drawn = []
+    for signal in SIGNALS:
+        chart = signals(entries, *signal)
+        chart = replace(chart, name=f"compare_{chart.name}", title=chart.heading)
+        drawn.append((chart, write(chart, folder)[0]))
+    return drawn
 
 
 def signals(
@@ -95,24 +92,3 @@ SIGNALS = (
     ("forces", "Forces", RENDERED, "force [N]", _forces),
     ("separations", "Device from avatar", APART, "x_m - x_s [mm]", _position_errors),
 )
-
-
-def overlay(first: Compared, second: Compared) -> Chart:
-    """Return each user's force and position, both sessions in the same panel."""
-    panels, others = [], {user.name: user for user in second.traces.users}
-    for user in first.traces.users:
-        other, tint = others[user.name], recorded.tint(first.traces, user.name)
-        for y_label, signal, scale in OVERLAID:
-            ours, theirs = (scale * getattr(each, signal)[:, 0] for each in (user, other))
-            lines = [
-                Curve(first.label, user.time_s, ours, tint, (), 2.6, user.tick_s),
-                Curve(second.label, other.time_s, theirs, "object", (6, 4), 1.4, other.tick_s),
-            ]
-            panels.append(Panel(y_label, lines, title=user.name, tint=tint))
-    return Chart(
-        "overlay",
-        "Two sessions overlaid",
-        "Each user's force and position: the first session solid, the second dashed.",
-        panels,
-        f"{first.label} and {second.label}",
-    )

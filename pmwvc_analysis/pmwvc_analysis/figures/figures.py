@@ -9,20 +9,19 @@ from pathlib import Path
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.charts.chart_files import write
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
-from pmwvc_analysis.figures.link_charts import energy, loop, network
+from pmwvc_analysis.figures.link_charts import energy, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_analysis.figures.recorded import conditions, numbered, title
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 Draw = Callable[[SessionTraces, Scenario | None], Chart | None]
-FIGURES: Sequence[Draw] = (positions, forces, energy, whereabouts, accounts, network, loop)
+FIGURES: Sequence[Draw] = (positions, forces, energy, network)
 
 
 def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:
     """Return every figure that the traces allow."""
-    timed = (event for event in numbered(traces) if event["time_s"] is not None)
+    timed = (event for event in numbered(traces.events) if event["time_s"] is not None)
     events = [(event["time_s"], event["number"]) for event in timed]
     note = f"{traces.source}, {traces.duration_s:.1f} s, parameters not known"
     if scenario is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of the links between the users: energy balance, packets, timing of the loops."""
+"""Figures of the links between the users: energy balance, packets."""
 
 from typing import Any
 
@@ -10,7 +10,6 @@ from pmwvc_analysis.budget.criterion import Balance
 from pmwvc_analysis.budget.energy import UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Panel
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.energy_charts import unit_of
 from pmwvc_analysis.recording.links import DROPPED
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.network.in_flight import FateKind
@@ -52,6 +51,11 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         "or above zero; where it does not, the time is shaded.",
         panels,
     )
+
+
+def unit_of(values: Array) -> tuple[str, float]:
+    """Return the unit in which values are read best, and its factor."""
+    return ("J", 1.0) if np.nanmax(np.abs(values), initial=0.0) >= 1.0 else ("mJ", 1e3)
 
 
 def _ways(entry: UserEnergy) -> list[tuple[str, Balance, tuple[float, ...]]]:
@@ -96,22 +100,3 @@ def _packets(fates: FateTraces, time_s: Array, tint: str) -> list[Dots]:
             level: Array = np.full(int(rows.sum()), LOST_AT * top)
             found.append(Dots(label, time_s[rows], level, "alarm", mark))
     return found
-
-
-def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return how late the ticks of the force loops were."""
-    dots = []
-    for user in (each for each in traces.users if each.lateness_s.any()):
-        late: Array = np.clip(user.lateness_s * 1e6, 1.0, None)
-        median, most = np.percentile(late, (50, 99))
-        label = f"{user.name}: median {median:.0f} µs, 99th percentile {most:.0f} µs"
-        dots.append(Dots(label, user.time_s, late, recorded.tint(traces, user.name)))
-    if not dots:
-        return None
-    return Chart(
-        "loop",
-        "Lateness of the force loop",
-        "Wake-up of each tick behind its deadline. Deadlines are absolute, so lateness does not "
-        "accumulate.",
-        [Panel("lateness [µs]", dots=dots, y_log=True, height=170.0)],
-    )

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What figures say of a session: title, parameters, users, time span, holes, numbered events."""
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from typing import Any
 
 import numpy as np
@@ -72,14 +72,13 @@ def bands(traces: SessionTraces) -> list[Band]:
 ALARMING = ("release", "stall", "limit", "stranger", "recording", "restart")
 
 
-def numbered(traces: SessionTraces) -> list[dict[str, Any]]:
-    """Return the events by time, numbered, and whether each is a reason to look closer."""
-    order = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
+def numbered(events: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return events numbered, and whether each is a reason to look closer."""
     return [
         {key: str(event.get(key, "")) for key in ("who", "kind", "what")}
         | {"number": str(number), "time_s": event["time_s"]}
         | {"alarming": event.get("kind") in ALARMING}
-        for number, event in enumerate(order, start=1)
+        for number, event in enumerate(events, start=1)
     ]
 
 

@@ -8,6 +8,7 @@ a Dask cluster, with the same result.
 """
 
 import json
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -55,11 +56,10 @@ class Grid:
     def batches(self) -> list[Points]:
         """Return the points that are computed together: the same ones at any time."""
         apart = [0 if stackable(axis.name) else 1 for axis in (self.y, self.x)]
-        groups: dict[tuple[int, int], list[int]] = {}
-        for row in range(self.shape[0]):
-            for column in range(self.shape[1]):
-                together = groups.setdefault((row * apart[0], column * apart[1]), [])
-                together.append(row * self.shape[1] + column)
+        groups: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for point in range(self.shape[0] * self.shape[1]):
+            row, column = divmod(point, self.shape[1])
+            groups[row * apart[0], column * apart[1]].append(point)
         step = LARGEST_BATCH if any(apart) else -(-len(groups[0, 0]) // FEWEST_BATCHES)
         return [
             tuple(points[i : i + step])
@@ -107,17 +107,6 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
     return np.asarray(np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds)
 
 
-def boundary_of(grid: Grid, radius: Array) -> list[float | None]:
-    """Return where each row loses stability first, between grid points; None: it never does."""
-    limits: list[float | None] = []
-    for row in radius:
-        index = int(np.argmin([*stable(row), False]))
-        around = slice(max(index - 1, 0), index + 1)
-        found = index < len(row)
-        limits.append(float(np.interp(1.0, row[around], grid.x.values[around])) if found else None)
-    return limits
-
-
 def write_data(folder: Path, grid: Grid, radius: Array) -> Path:
     """Write ``map.json``; return the file."""
     x, y = grid.x, grid.y
@@ -129,7 +118,6 @@ def write_data(folder: Path, grid: Grid, radius: Array) -> Path:
         "spectral_radius": radius.tolist(),
         "growth_per_s": growth_per_s(grid, radius).tolist(),
         "stable": stable(radius).tolist(),
-        "boundary": boundary_of(grid, radius),
         "notes": notes_of(grid.scenario),
         "parameters": grid.scenario.to_dict(),
     }

@@ -58,13 +58,10 @@ def answer(scenario: Scenario, *, live: bool = False) -> dict[str, Any]:
 def sentences(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the same in words."""
     found, limit = exact(scenario, live=live), stability.k_max(scenario, live=live)
-    word, rate = "stable" if found.stable else "NOT stable", found.growth_per_s
+    word = "stable" if found.stable else "NOT stable"
     lines = [f"{scenario.name}: {word}, spectral radius {found.spectral_radius:.7g}"]
-    if rate and not (rate > 0.0 and found.stable):  # else slower than what counts as growth
-        course = "grows" if rate > 0.0 else "decays"
-        lines.append(f"  slowest motion: {course}, time constant {1.0 / abs(rate):.3g} s")
-    elif rate is not None:
-        lines.append("  slowest motion: neither grows nor decays")
+    if found.growth_per_s is not None:
+        lines.append(f"  slowest motion: growth rate {found.growth_per_s:.3g} 1/s")
     lines.append(f"  {limit.text}")
     lines += [f"  stable again from {a:.1f} to {b:.1f} N/m" for a, b in limit.islands]
     lines.append(

@@ -16,6 +16,11 @@ from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.impedance import MatrixImpedance
 
+ALWAYS = (  # said of every scenario
+    "Grips and other contacts are modelled as two-sided, local models as always in contact: valid "
+    "while all users touch.",
+    "Hands are modelled as applied forces; limits and changes of parameters are not modelled.",
+)
 AMPLITUDE = 2.0**-7  # of a motion [m, m/s, N, sqrt(W)], at which a model still holds
 
 
@@ -159,24 +164,12 @@ def _of_users(scenario: Scenario) -> Iterator[Element]:
 
 def notes_of(scenario: Scenario) -> list[str]:
     """Return, in sentences, where the linear model stands for something else."""
-    users, effects = scenario.users, "; ".join(left_out(scenario))
-    models = [user.master.local_model for user in users if user.master.bank.is_on]
-    notes = {
-        "Grip contacts are modelled as two-sided: valid while all users touch.": any(
-            user.contact.grips for user in users
-        ),
-        "One-sided local models are modelled as always in contact.": any(
-            local.acts != "everywhere" for local in models
-        ),
-        "Hands are modelled as applied forces, without stiffness and mass.": any(
-            user.operator.answers for user in users
-        ),
-        "Changes of parameters are not modelled: those at the start hold.": scenario.changes,
-        f"Left out, as every packet takes delay_s: {effects}.": effects,
-        "One axis is analysed: all axes have the same model.": scenario.dof > axes_of(scenario),
-        "Limits of force, speed and workspace are not modelled.": True,
-    }
-    return [*outside_words(scenario), *(note for note, holds in notes.items() if holds)]
+    notes = [*outside_words(scenario), *ALWAYS]
+    if effects := "; ".join(left_out(scenario)):
+        notes.append(f"Left out, as every packet takes delay_s: {effects}.")
+    if scenario.dof > axes_of(scenario):
+        notes.append("One axis is analysed: all axes have the same model.")
+    return notes
 
 
 def outside_words(scenario: Scenario) -> list[str]:

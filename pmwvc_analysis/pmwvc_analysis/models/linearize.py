@@ -49,7 +49,6 @@ class Linear:
         n = self.count = len(kept)
         self.ticks, self.states = loop.ticks, [states[j] for j in kept]
         self.matrices = rows[:, :n, :n]  # A of every run, (runs, n, n)
-        self.transition = self.matrices[0]
 
     @cached_property
     def quotient(self) -> tuple[Array, Integers]:

@@ -15,17 +15,16 @@ from pmwvc_analysis.budget.criterion import behind_counts, held
 from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.models.answer import Exact
 from pmwvc_analysis.models.linear import left_out, nonlinear, outside_words
-from pmwvc_analysis.prediction import environment, prediction
-from pmwvc_analysis.prediction.lag import lag_is_known
-from pmwvc_analysis.prediction.rendering import rendering_lines
+from pmwvc_analysis.prediction import environment, lag, prediction
 from pmwvc_core.controllers.library import proofs_hold, record_of
 from pmwvc_core.controllers.record import loop_of
 from pmwvc_core.master.count_bound import count_bound
-from pmwvc_core.network.effects import active
+from pmwvc_core.network.effects import active, is_random
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
+from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
 
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
@@ -42,14 +41,16 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
         found.append(f"For the parameters at the start; later changes: {scenario.changes}.")
     if not proofs_hold(scenario.controller):
         return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
-    if lag_is_known(scenario):
+    if lag.lag_is_known(scenario):
         found += [line for user in users for line in rendering_lines(user, scenario, live=live)]
     else:
         found.append(scenario.coupling.words)
     found += _no_effect_lines(scenario) if scenario.strict else _aliasing_lines(scenario)
     found += environment.lines(scenario)
     found += [STRICT] if scenario.strict else _delay_lines(known)
-    return found + _storage_lines(scenario) + encoder_lines(scenario)
+    stored_mj = {user.name: 1e3 * declared_j(scenario, user) for user in users}
+    found += [f"{name}: declared storage {mj:.3g} mJ." for name, mj in stored_mj.items() if mj]
+    return found + encoder_lines(scenario)
 
 
 def _delay_lines(known: prediction.StabilityAnswer) -> list[str]:
@@ -151,16 +152,6 @@ def _stability(model: Exact) -> str:
     return f"{word}: spectral radius {model.spectral_radius:.5g}"
 
 
-def _storage_lines(scenario: Scenario) -> list[str]:
-    """Return the declared storage of each port."""
-    stored = {user.name: declared_j(scenario, user) for user in scenario.users}
-    return [
-        f"{name}: declared storage {1e3 * energy_j:.3g} mJ."
-        for name, energy_j in stored.items()
-        if energy_j > 0.0
-    ]
-
-
 def encoder_lines(scenario: Scenario) -> list[str]:
     """Return in words what the ports behind such encoders may give out; nothing without one."""
     found = []
@@ -172,4 +163,51 @@ def encoder_lines(scenario: Scenario) -> list[str]:
             kind = user.operator.kind
             words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
         found.append(words)
+    return found
+
+
+def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
+    """Return the round trip of a user's waves in words, and by how much its avatar leads."""
+    lead = lag.lead_s(scenario)
+    tau = lag.lag_s(user, scenario, live=live) + lead
+    drawn = is_random(user.link_up) or is_random(user.link_down)
+    text = f"round trip {tau * 1e3:.1f} ms"
+    text += " (expected; jitter and loss decide it)" if drawn else ""
+    if not lead:
+        return text
+    return f"{text}, less {lead * 1e3:.1f} ms: its avatar moves by the force of the step before"
+
+
+def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
+    """Return what the lag is rendered as, in words: a spring and a mass."""
+    tau, b = lag.lag_s(user, scenario, live=live), first_axis(user.in_contact.impedance)
+    mass = lag.rendered_mass(user, scenario, live=live)
+    stiffness = lag.rendered_stiffness(user, tau)
+    whole = mass + float(user.device.mass)
+    if tau > 0.0:
+        return (
+            f"the link acts like a spring of {2.0 * b / tau:.0f} N/m and a mass of {mass:.2f} kg "
+            f"(rendered stiffness {stiffness:.0f} N/m, mass with the device {whole:.2f} kg)"
+        )
+    behind = f"the device stands {-tau / (2.0 * b) * 1e3:.2f} mm per newton behind its avatar"
+    return f"{behind}; nothing touched, the link acts like a mass of {mass:.2f} kg"
+
+
+def rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
+    """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
+    head = f"{user.name}: {round_trip_words(user, scenario, live=live)}"
+    if not lag.lag_decides(user, scenario):
+        command = "use 'pmwvc transparency'"
+        return [f"{head}; it alone does not decide the rendered stiffness: {command}."]
+    if environment.limited(scenario):
+        return [f"{head}; the rendered stiffness is not known."]
+    found = [f"{head}; {link_words(user, scenario, live=live)}."]
+    if isinstance(user.impedance, MatrixImpedance):
+        found.append(f"{user.name}: this is for forces along axis 1.")
+    scale = math.sqrt(lag.transformer(user))
+    if abs(scale - 1.0) > lag.RATIO_TOLERANCE:
+        found.append(
+            f"{user.name}: the ends have different impedance: the device moves {scale:.3g} "
+            f"times as far as its avatar, with 1/{scale:.3g} of its force."
+        )
     return found

@@ -9,7 +9,7 @@ is zero.
 import itertools
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,7 @@ from pmwvc_core.traces import (
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 OF_USERS = (*OF_AVATARS, "state", "contact", "energy_u_s", "energy_v_s")
+KEPT = ("environment", "coupling", "links", "replay")  # faults, and what a replay changed
 OF_STEP = (*OF_OBJECT, "kinetic", "potential", "dissipated")
 
 
@@ -48,12 +49,10 @@ def record_traces(
     scenario: Scenario,
     *,
     start_ns: int | None = None,
-    metadata: Mapping[str, Mapping[str, str]] | None = None,
 ) -> None:
     """Write traces as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``.
 
-    ``start_ns`` is the ROS time of the start of the session, now when not given [ns];
-    ``metadata`` are further MCAP metadata records by name.
+    ``start_ns`` is the ROS time of the start of the session, now when not given [ns].
     """
     start = time.time_ns() if start_ns is None else start_ns
     text = yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True)
@@ -65,7 +64,8 @@ def record_traces(
     outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item[0])
     names = [user.name for user in traces.users]
     with SessionWriter(folder) as writer:
-        records = about(scenario, source=traces.source) | dict(metadata or {})
+        known = {name: traces.metadata[name] for name in KEPT if name in traces.metadata}
+        records = about(scenario, source=traces.source) | known
         for name, values in records.items():
             writer.add_metadata(name, values)
         for topic in session_topics(names, links=list(traces.fates)):

@@ -15,7 +15,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.content import Content
 from pmwvc_analysis.recording.topics import relayed
@@ -107,13 +106,9 @@ def topic_counts(
         missing = sum(missing for missing, _ in content.gaps(topic).values())
         if known := fates.get(relayed(topic) or ""):
             whole = came_out(known) & (known.cause != Cause.CORRUPTION)
-            delivered = set(_numbers(known.epoch[whole], known.seq[whole]))
-            here = packets.get(topic)
-            missing = len(delivered.difference(_numbers(here.epoch, here.seq) if here else ()))
+            delivered = {*zip(known.epoch[whole].tolist(), known.seq[whole].tolist(), strict=True)}
+            if (here := packets.get(topic)) is not None:
+                delivered -= {*zip(here.epoch.tolist(), here.seq.tolist(), strict=True)}
+            missing = len(delivered)
         counts[topic] = {"messages": messages, "missing": missing}
     return counts
-
-
-def _numbers(epoch: NDArray[Any], seq: NDArray[Any]) -> Iterator[tuple[int, int]]:
-    """Return sender's epoch and number of packets."""
-    return zip(epoch.tolist(), seq.tolist(), strict=True)

@@ -3,21 +3,18 @@
 """Parameters that changed during a session, from the recorded ``/parameter_events``, as events of
 kind ``parameter``.
 
-The values at the start are those of the nodes' parameter files. Changes of other programs' nodes
-are not looked at. A message is one event, however many parameters it changes together.
+Changes of other programs' nodes are not looked at. A message is one event, however many parameters
+it sets together.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Array, Integers
-from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.scenario.names import spec_of, split_user
 from pmwvc_core.scenario.scenario import PARAMETERS
@@ -98,36 +95,25 @@ def _plain(value: Any) -> Any:
 
 
 def parameter_changes(
-    changes: Sequence[ParameterChange], folder: Path, zero_ns: int
+    changes: Sequence[ParameterChange], zero_ns: int
 ) -> tuple[list[dict[str, Any]], Settings]:
-    """Return what changed in the order of time: as events, and as times [s] and values by their
+    """Return what was set in the order of time: as events, and as times [s] and values by their
     names in a scenario.
-
-    The session folder has the nodes' parameter files in ``nodes``. Before the begin of the
-    session only what differs from the files counts.
     """
-    nodes = {change.node for change in changes}
-    known = {(node, name): value for node in nodes for name, value in _at_start(folder, node)}
     found: list[dict[str, Any]] = []
     settings: Settings = []
     for at_ns, node, values in changes:
-        if node.rpartition("/")[2] not in KINDS:
+        if node.rpartition("/")[2] not in KINDS or not values:
             continue
-        texts: list[str] = []
         set_to: dict[str, Any] = {}
         for name, value in values.items():
-            before = known.get((node, name))
-            known[node, name] = value
-            if value != before and (before is not None or at_ns >= zero_ns):
-                texts.append(_text(name, before, value))
-                set_to |= _in_scenario(node, name, value)
+            set_to |= _in_scenario(node, name, value)
         if set_to:
             settings.append(((at_ns - zero_ns) * 1e-9, set_to))
-        if texts:
-            more = len(texts) - MOST_NAMES
-            what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
-            who = " ".join(node.strip("/").split("/")[-2:])
-            found.append({"time_ns": at_ns, "who": who, "kind": "parameter", "what": what})
+        texts, more = [_text(*each) for each in values.items()], len(values) - MOST_NAMES
+        what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+        who = " ".join(node.strip("/").split("/")[-2:])
+        found.append({"time_ns": at_ns, "who": who, "kind": "parameter", "what": what})
     return found, settings
 
 
@@ -142,20 +128,8 @@ def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:
     return {path: None if spec.optional and value == 0 else value}
 
 
-def _text(name: str, before: Any, value: Any) -> str:
+def _text(name: str, value: Any) -> str:
     path = split_user(name)[1]
     unit = PARAMETERS[path].spec.unit if path in PARAMETERS else "-"
-    unit = f" {unit}" if unit != "-" else ""
-    new, old = (f"{v:g}" if isinstance(v, float) else str(v) for v in (value, before))
-    return f"{name} set to {new}{unit}" + (f" (was {old}{unit})" if before is not None else "")
-
-
-def _at_start(folder: Path, node: str) -> Iterator[tuple[str, Any]]:
-    """Yield the parameters that a node was started with, by dotted name."""
-    *above, kind = node.strip("/").split("/")
-    file = folder / "nodes" / f"{above[-1] if kind == 'master' and above else kind}.yaml"
-    try:
-        values = yaml.safe_load(file.read_text("utf-8"))["/**"]["ros__parameters"]
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
-        return
-    yield from flat_mapping(values).items()
+    number = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{name} set to {number}" + (f" {unit}" if unit != "-" else "")

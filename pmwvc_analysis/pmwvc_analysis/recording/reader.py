@@ -80,7 +80,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         ends.append(float(user.time_s[-1]) + user.tick_s)
     traces.duration_s = max(ends, default=traces.duration_s)
     traces.counts = links.topic_counts(content, fates, traces.packets)
-    changed, changes = parameter_changes(content.parameters, folder, zero_ns)
+    changed, changes = parameter_changes(content.parameters, zero_ns)
     traces.settings = taken_over(changes, traces.users, traces.server)
     traces.events = _events(folder, content, changed, zero_ns)
     return traces

@@ -96,14 +96,6 @@ class Replay:
         """The scenario of the replay."""
         return self.prescribed.scenario
 
-    def metadata(self) -> dict[str, dict[str, str]]:
-        """Return the MCAP metadata record of a replay."""
-        hands = {f"hand.{name}": hand for name, hand in self.prescribed.hands.items()}
-        changed = {f"set.{name}": str(value) for name, value in self.changes.items()}
-        answer_s = self.prescribed.conditions.schedule.answer_s
-        answer = {ANSWER: str(round(answer_s / self.scenario.tick_s))}
-        return {"replay": {**answer, **hands, **changed}}
-
 
 def replay(
     traces: SessionTraces,
@@ -126,6 +118,10 @@ def replay(
     before = recorded.flat()
     changes = {n: value for n, value in replayed.flat().items() if before.get(n) != value}
     apart = differences(traces, result)
-    found = Replay(traces, recorded, result, prescribed, changes, apart)
-    result.metadata.update(found.metadata())
-    return found
+    answer_s, tick_s = prescribed.conditions.schedule.answer_s, prescribed.scenario.tick_s
+    result.metadata["replay"] = {
+        ANSWER: str(round(answer_s / tick_s)),
+        **{f"hand.{name}": of for name, of in prescribed.hands.items()},
+        **{f"set.{name}": str(value) for name, value in changes.items()},
+    }
+    return Replay(traces, recorded, result, prescribed, changes, apart)

@@ -7,8 +7,7 @@ steps that a recording lacks (:mod:`pmwvc_analysis.traces.holes`) are taken to h
 
 **Links.** A packet comes out at the look of its receiver that took it in, as the receiver's trace
 says. One that came out of the emulator and was never taken in is lost. Where the receiver's trace
-has a hole, or packets come at another rate, a packet has its delay in the emulator; live, it takes
-a little longer to the receiver.
+has a hole, a packet has its delay in the emulator; live, it takes a little longer to the receiver.
 """
 
 import math
@@ -115,8 +114,9 @@ def links(
 ) -> tuple[Links, list[str]]:
     """Return what makes the recorded links, by name, and what is not as recorded, as text.
 
-    ``loops`` has the times of the receiving loop of each link. A direction whose settings were
-    changed is simulated with the new ones, and so is one of which the recording holds nothing.
+    ``loops`` has the times of the receiving loop of each link. A direction whose settings or rate
+    of packets were changed is simulated with the new ones, and so is one of which the recording
+    holds nothing.
     """
     found: Links = {}
     notes = []
@@ -127,27 +127,22 @@ def links(
                 user.master.frame_s if way == "up" else scenario.server.period_s
                 for scenario, user in ((recorded, old), (replayed, new))
             )
-            if getattr(old, f"link_{way}") != getattr(new, f"link_{way}"):
+            if getattr(old, f"link_{way}") != getattr(new, f"link_{way}") or before != after:
                 notes.append(f"{name}: other settings were given, so this link is simulated")
                 continue
             if name not in traces.taken:
                 notes.append(f"{name}: its receiver was not recorded, so this link is simulated")
                 continue
-            record = _record(traces, name, loops[name], same_rate=before == after)
-            found[name] = partial(RecordedLink, record, per_packet=after / before)
-            if after != before:
-                rates = f"every {after * 1e3:g} ms instead of {before * 1e3:g} ms"
-                notes.append(f"{name}: packets {rates} meet the fates recorded at their time")
+            found[name] = partial(RecordedLink, _record(traces, name, loops[name]))
     return found, notes
 
 
 def _record(
-    traces: SessionTraces, name: str, loop: LoopTimes, *, same_rate: bool
+    traces: SessionTraces, name: str, loop: LoopTimes
 ) -> Mapping[int, Sequence[RecordedFate]]:
-    """Return the fate of every packet of a link and its copies, by packet number.
-
-    Packets of a sender that was started again are numbered on from its last one before. At the
-    same rate of packets the instants at which they were taken in are kept, else the delays.
+    """Return the fate of every packet of a link and its copies, by packet number, with the
+    instants at which they were taken in. Packets of a sender that was started again are numbered
+    on from its last one before.
     """
     fates = traces.fates.get(name)
     zero_ns = traces.metadata.get("fate_zero_ns", {}).get(name, 0)
@@ -169,11 +164,11 @@ def _record(
                 key = int(fates.epoch[row]) & LOW, int(fates.seq[row])
                 out_ns = int(fates.time_out_ns[row]) - zero_ns
                 if queue := instants.get(key):
-                    at_ns = queue.popleft() if key[0] == own and same_rate else None
+                    at_ns = queue.popleft() if key[0] == own else None
                 elif not any(start <= out_ns < end for start, end in loop.holes_ns):
                     delay_ns = None
             record[number].append(RecordedFate(delay_ns, kind, cause, at_ns))
-    for (epoch, seq), queue in instants.items() if same_rate else ():
+    for (epoch, seq), queue in instants.items():
         for at_ns in queue if epoch == own else ():  # the emulator's record lacks them
             kind = FateKind.DUPLICATE if record[seq] else FateKind.DELIVERED
             record[seq].append(RecordedFate(0, kind, at_ns=at_ns))

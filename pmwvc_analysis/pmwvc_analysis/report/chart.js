@@ -17,7 +17,6 @@
     dot: "h0", cross: "m-3-3l6 6m0-6l-6 6", plus: "m-3 0h6m-3-3v6",
     ring: "m-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0",
   };
-  const HATCHES = ["", "M0 8L8 0", "M0 0L8 8", "M0 4H8", "M4 0V8", "M0 8L8 0M0 0L8 8", "M4 4h.1", "M0 4H8M4 0V8"];
   const full = data.span;
   let range = [...full], panels = [], queued = false;
   const paint = (name) => `var(--c-${name})`;
@@ -70,7 +69,6 @@
       for (let i = from; i < to; i++) if (!sorted || (xs[i] >= x.low && xs[i] <= x.high)) see(ys[i]);
     };
     for (const each of [...panel.lines, ...panel.dots]) if (!panel.hidden.has(each.label)) scan(arrays[each.x], arrays[each.y]);
-    for (const each of panel.layers) { scan(arrays[each.x], arrays[each.low]); scan(arrays[each.x], arrays[each.high]); }
     panel.levels.forEach((level) => see(level.y));
     if (panel.with_zero) see(0);
     if (low > high) return panel.y_log ? [0.1, 1] : [0, 1];
@@ -116,15 +114,6 @@
     }
     return [...seen].join("");
   }
-  function layerPath(layer, x, y) {
-    const xs = arrays[layer.x], [from, to] = within(xs, x), over = [], under = [];
-    for (let i = from; i < to; i++) {
-      const a = x.at(xs[i]).toFixed(1);
-      over.push(`${a} ${y.at(arrays[layer.high][i]).toFixed(1)}`);
-      under.push(`${a} ${y.at(arrays[layer.low][i]).toFixed(1)}`);
-    }
-    return over.length ? `M${over.join("L")}L${under.reverse().join("L")}Z` : "";
-  }
   function draw(panel) {
     const width = Math.max(280, panel.svg.parentElement.clientWidth || 1000);
     const bottom = TOP + panel.height, labelled = panel.labelled;
@@ -148,12 +137,6 @@
     out.push(`</g><svg x="${LEFT}" y="${TOP}" width="${w}" height="${panel.height}" viewBox="${LEFT} ${TOP} ${w} ${panel.height}">`);
     for (const { span: [a, b], label, tint } of panel.bands) {
       out.push(`<rect class="band" x="${x.at(a).toFixed(1)}" y="${TOP}" width="${Math.max(1, x.at(b) - x.at(a)).toFixed(1)}" height="${panel.height}" style="fill:${paint(tint)}" opacity=".18"><title>${safe(label)}</title></rect>`);
-    }
-    for (const each of panel.layers) {
-      if (panel.hidden.has(each.label)) continue;
-      const d = layerPath(each, x, y);
-      out.push(`<path class="layer" style="fill:${paint(each.tint)};stroke:${paint("paper")};stroke-width:.6" opacity=".8" d="${d}"/>`);
-      if (each.hatch) out.push(`<path style="fill:url(#hatch${each.hatch})" d="${d}"/>`);
     }
     const level = (at, style) => out.push(`<path class="line" style="${style}" d="M${LEFT} ${y.at(at).toFixed(1)}H${x.end}"/>`);
     if (panel.with_zero) level(0, `stroke:${paint("object")};stroke-width:.9`);
@@ -265,10 +248,6 @@
   }
   // The mark of a legend, 26 by 12.
   function sample(each) {
-    if (each.low !== undefined) {
-      const box = (fill, more) => `<rect width="26" height="12" style="fill:${fill}"${more}/>`;
-      return box(paint(each.tint), ' opacity=".8"') + (each.hatch ? box(`url(#hatch${each.hatch})`, "") : "");
-    }
     if (each.mark) return `<path class="dots ${each.mark}" style="stroke:${paint(each.tint)}" d="M13 6${MARKS[each.mark]}"/>`;
     const dash = each.dash.length ? `;stroke-dasharray:${each.dash.join(" ")}` : "";
     return `<path class="sample" style="stroke:${paint(each.tint)};stroke-width:${each.width}${dash}" d="M0 6H26"/>`;
@@ -277,7 +256,7 @@
     const once = (all, label) => [...new Map(all.map((each) => [label(each), each]).reverse()).values()].reverse();
     const key = panel.title ? [`<strong style="color:${paint(panel.tint)}">${safe(panel.title)}</strong>`] : [];
     key.push(`<span class="unit">${safe(panel.y_label)}</span>`);
-    for (const each of once([...panel.lines, ...panel.dots, ...panel.layers], (one) => one.label)) {
+    for (const each of once([...panel.lines, ...panel.dots], (one) => one.label)) {
       key.push(`<button class="entry" data-label="${safe(each.label)}" aria-pressed="true"><svg viewBox="0 0 26 12">${sample(each)}</svg><span>${safe(each.label)}</span><output></output></button>`);
     }
     for (const { label, tint } of once(panel.bands, (band) => band.label)) {
@@ -289,8 +268,6 @@
     element.innerHTML = `<div class="key">${key.join("")}</div><svg class="plot" tabindex="0" role="img" aria-label="${safe(`${heading} ${panel.title} ${panel.y_label}`)}"></svg>`;
     return element;
   }
-  const hatch = (path, i) => `<pattern id="hatch${i}" width="8" height="8" patternUnits="userSpaceOnUse"><path d="${path}" style="stroke:${paint("paper")};fill:none" stroke-width="1.2" opacity=".5"/></pattern>`;
-  document.getElementById("hatches").innerHTML = HATCHES.map(hatch).join("");
   for (const chart of data.charts) {
     const figure = document.getElementById(chart.name);
     if (!figure) continue;

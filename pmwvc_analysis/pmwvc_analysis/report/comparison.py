@@ -14,7 +14,7 @@ from typing import Any
 from pmwvc_analysis.arrays import write_table
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.compare.measures import COLUMNS, MEASURES, Compared
-from pmwvc_analysis.compare.settings import parameters_of
+from pmwvc_analysis.compare.settings import parameters_of, tuning_of
 from pmwvc_analysis.figures.comparison_charts import draw_all
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_core.errors import file_errors
@@ -56,7 +56,7 @@ def render(
         title=title,
         about=about,
         entries=entries,
-        settings=[(e.label, parameters_of(e.scenario), e.tuning) for e in entries],
+        settings=[(e.label, parameters_of(e.scenario), tuning_of(e.scenario)) for e in entries],
         columns=[(name, heading, factor) for name, heading, _, factor in COLUMNS],
         figures=[(chart, data_uri(path)) for chart, path in figures],
     )
@@ -67,5 +67,5 @@ def row(entry: Compared) -> dict[str, Any]:
     return {
         "label": entry.label, "source": entry.traces.source, "folder": entry.folder,
         "settings": entry.settings, "parameters": parameters_of(entry.scenario),
-        "tuning": entry.tuning, **entry.measures,
+        "tuning": tuning_of(entry.scenario), **entry.measures,
     }  # fmt: skip

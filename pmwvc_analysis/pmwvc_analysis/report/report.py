@@ -8,7 +8,6 @@ are data from which ``chart.js`` draws them and lets the reader zoom; without it
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +45,7 @@ def render(
     ``pictures`` are the figures' PNG files by name, ``folder`` is the session's, for the command
     that plays it on the page, ``replay`` the page's file beside the report.
     """
-    traces = replace(traces, events=summary["events"])
-    events = numbered(traces)
+    events = numbered(summary["events"])
     loops, predicted = [], []
     if scenario is not None:
         waves, model = has_waves(scenario.controller), summary["prediction"]

@@ -19,11 +19,8 @@ from pmwvc_core.traces import PacketTraces, SessionTraces
 
 def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float:
     """Return the largest ratio, over the links, of time spent in intervals before late packets."""
-    if end_s <= start_s:
-        return 0.0
-    return max((_waited_s(each, start_s, end_s) for each in links), default=0.0) / (
-        end_s - start_s
-    )
+    waits_s = [_waited_s(each, start_s, end_s) for each in links]
+    return max(waits_s, default=0.0) / (end_s - start_s) if end_s > start_s else 0.0
 
 
 def _waited_s(packets: PacketTraces, start_s: float, end_s: float) -> float:

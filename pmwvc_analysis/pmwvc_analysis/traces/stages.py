@@ -7,7 +7,6 @@ the scenario names the changes (``changes``), of a live one the recorded paramet
 server takes a change over with the step after it.
 """
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
@@ -41,7 +40,7 @@ def changes_of(traces: SessionTraces, scenario: Scenario) -> list[Change]:
 
 def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
     """Return the stages of a session, the first one from its start. Changes that no scenario can
-    have (a preset's of a link, other programs' parameters) are left out.
+    have (a preset's of a link, other programs' parameters), or that change nothing, are left out.
     """
     present = replace(scenario, changes="") if scenario.changes else scenario
     found = [Stage(-np.inf, present)]
@@ -50,7 +49,7 @@ def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
             present = changed(present, change)
         except ScenarioError:
             continue
-        if change.time_s < traces.duration_s:
+        if change.time_s < traces.duration_s and present != found[-1].scenario:
             found.append(Stage(change.time_s, present, change))
     return found
 
@@ -59,13 +58,6 @@ def disturbances(traces: SessionTraces) -> list[tuple[str, str, float]]:
     """Return to which nodes a scenario asked something to be done, what, and when it was [s]."""
     asked = [each for each in traces.events if each.get("kind") == "disturbance"]
     return [(e["who"], e["what"].rpartition(": ")[2], float(e["time_s"])) for e in asked]
-
-
-def rows_of(found: Sequence[Stage], time_s: Iterable[float]) -> list[Flags]:
-    """Return the rows of each stage among rows at these times [s]."""
-    starts = [stage.start_s - 1e-9 for stage in found]
-    index = np.searchsorted(starts, np.asarray(time_s), side="right") - 1
-    return [index == number for number in range(len(found))]
 
 
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:

@@ -19,7 +19,6 @@ RENDERED = (  # what is known of it is told
     ("stiffness {:.4g} N/m", ("k_felt",)),
     ("damping {:.4g} N s/m", ("b_felt",)),
     ("in free space {:.4g} kg and {:.3g} N s/m", ("mass_felt", "b_free")),
-    ("without the device {:.4g} kg and {:.3g} N s/m", ("mass_link", "b_link")),
     ("first resonance {:.4g} Hz", ("first_peak_hz",)),
 )
 

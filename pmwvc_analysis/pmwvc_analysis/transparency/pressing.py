@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A steady press: one user with 1 N, the others so that the object is in balance; what is said
-of it.
+"""A steady press: one user with 1 N, the others so that the object is in balance.
 
 Ends of different impedance are a transformer: a force f of the device is n f at the object,
 n = sqrt(B_server) sqrt(B_master)^-1, with numbers n^2 = b_server/b_master.
@@ -33,36 +32,13 @@ def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
         force = pushed
         if waves:
             master, server = _roots(scenario.users[index])
-            force = np.asarray(master * (_at_object(first, pushed) / server))
+            of_device, at_object = _roots(first)
+            force = np.asarray(master * ((at_object * (pushed / of_device)) / server))
         forces[index] = -force / len(opposite)
     return forces
-
-
-def _at_object(user: User, force: Array) -> Array:
-    """Return a steady force of a user's device at the object [N]."""
-    master, server = _roots(user)
-    return np.asarray(server * (force / master))
 
 
 def _roots(user: User) -> tuple[Any, Any]:
     """Return the square roots of the impedances of a user's ends: numbers or matrices."""
     ends: tuple[Any, Any] = user.impedance, user.server_impedance
     return root(ends[0]), root(ends[1])
-
-
-def press_notes(scenario: Scenario, user: int, forces: Array, *, balanced: bool) -> list[str]:
-    """Return what is pressed against what."""
-    own = scenario.users[user]
-    others = [
-        other.name
-        for other, force in zip(scenario.users, forces, strict=True)
-        if other is not own and np.any(force)
-    ]
-    against = f"{own.name} presses against {' and '.join(others)}"
-    if not scenario.environment.movable:
-        return [f"{own.name} presses against the wall."]
-    if not others:
-        return [f"{own.name} pushes the object alone."]
-    if balanced:
-        return [f"{against}, so the object stays at rest."]
-    return [f"{against}; their forces do not balance at the object."]

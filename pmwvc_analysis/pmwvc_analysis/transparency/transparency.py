@@ -13,7 +13,7 @@ is the entry of the admittance matrix on its diagonal.
 **Rendered**, as limits at rest: stiffness f/x [N/m], with waves 1/k = 1/K_contact + tau/(2b), tau
 the lag once around; damping, the slope of Im(f/x) over w, pressing [N s/m]; with nothing touched
 mass, -Re(f/x)/w^2 [kg], and damping, Im(f/x)/w [N s/m], the force acting half a tick after its
-sample: with the device and, less its own, of the link alone (with waves b tau/2 and none).
+sample; less the device's own they are the link's (with waves b tau/2 and none).
 """
 
 import dataclasses
@@ -25,15 +25,14 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import axes_of, notes_of
+from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import build, spectral_radius, stable
 from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
-from pmwvc_analysis.transparency.pressing import press_notes, pressing
-from pmwvc_core.controllers.library import has_waves
+from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex
-from pmwvc_core.params import DeviceParams, LinkParams
+from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -51,8 +50,6 @@ class Rendering:
     b_felt: float | None = None  # pressing [N s/m]
     mass_felt: float | None = None  # with nothing touched [kg], and likewise
     b_free: float | None = None  # [N s/m]
-    mass_link: float | None = None  # without the device [kg]
-    b_link: float | None = None  # [N s/m]
     first_peak_hz: float | None = None
 
 
@@ -87,25 +84,15 @@ def transparency(
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
     radius = float(stability.radii(scenario, live=live)[0])
     if not stable(radius):
-        remedy = "the coupling 'implicit' and more filtering allow more"
-        if not has_waves(scenario.controller):
-            remedy = "the controller 'pmwvc' allows more"
         raise PmwvcError(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
-            f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
+            "response; 'pmwvc stability' gives the largest stiffness"
         )
     of: dict[str, Any] = {"user": user, "axis": axis}
     link, admittance = _side(build(scenario, live=live), frequency_hz, **of)
-    balanced, axes = link.admittance_dc is not None, axes_of(scenario)
-    forces = pressing(scenario, user, axis)
-    notes = notes_of(scenario) + press_notes(scenario, user, forces, balanced=balanced)
-    if not balanced:
+    notes = notes_of(scenario)
+    if link.admittance_dc is None:
         notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
-    elif axes > 1:
-        notes.append(
-            f"Along axis {axis + 1} of {axes}, the other axes free: the impedance matrix couples "
-            "them."
-        )
     direct, ideal, perfect = (
         ideal_of(scenario),
         Rendering(),
@@ -165,14 +152,4 @@ def _rendered(model: LinearLoop, user: int, axis: int, forces: Array) -> Renderi
         moved = np.exp(-0.5j * omega * model.tick_s) / response(free, frequency, **of)
         mass, b_free = limit_at_rest(-moved.real / omega**2), limit_at_rest(moved.imag / omega)
     k_felt = None if dc is None or dc <= 0.0 else 1.0 / dc
-    link = of_link(model.scenario.users[user].device, mass, b_free)
-    return Rendering(dc, k_felt, damping, mass, b_free, *link, peak)
-
-
-def of_link(
-    device: DeviceParams, mass: float | None, damping: float | None
-) -> tuple[float | None, float | None]:
-    """Return mass and damping less the device's own; None with friction, which is neither."""
-    if mass is None or damping is None or device.friction > 0.0:
-        return None, None
-    return mass - float(device.mass), damping - float(device.damping)
+    return Rendering(dc, k_felt, damping, mass, b_free, peak)

@@ -135,7 +135,10 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     """Return what a choice does for a scenario, along the first axis; raises as the model."""
     chosen = choice.applied(scenario)
     user = chosen.users[0]
-    linear, in_touch, free = radii_of(chosen, live=live)
+    near = relative(chosen)
+    linear = near.scenario if near else chosen
+    of_both = (stability.radii(of, live=live)[0] for of in (linear, untouched(linear)))
+    in_touch, free = map(float, of_both)
     own, k_ideal, mass_ideal = Rendering(), None, None
     if stable(max(in_touch, free)):
         found = transparency(linear, np.ones(1), live=live)  # at rest is all
@@ -165,14 +168,6 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         noise_n=noise,
         cost=cost,
     )
-
-
-def radii_of(scenario: Scenario, *, live: bool) -> tuple[Scenario, float, float]:
-    """Return the nearest linear scenario with its radii in touch and with nothing touched."""
-    near = relative(scenario)
-    linear = near.scenario if near else scenario
-    in_touch, free = (stability.radii(of, live=live)[0] for of in (linear, untouched(linear)))
-    return linear, float(in_touch), float(free)
 
 
 def velocity_step(scenario: Scenario) -> float | None:

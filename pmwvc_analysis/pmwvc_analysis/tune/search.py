@@ -71,7 +71,12 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     choices = choices_of(scenario, bounds, live=live)
     while choices:
         rows = {key: criteria.rated(scenario, one, live=live) for key, one in choices.items()}
-        for key in _best_first(rows)[:TRIED]:
+        # those that are stable in the model: proved ones first, then by cost
+        costs = {key: row.cost for key, row in rows.items() if row.cost is not None}
+        best_first = sorted(
+            costs, key=lambda key: (not rows[key].passive, round(costs[key], 3), key)
+        )
+        for key in best_first[:TRIED]:
             best = criteria.judged(scenario, rows[key])
             if best.simulated == criteria.STABLE:
                 others = _others(scenario, best, rows, key, bounds, live=live)
@@ -97,12 +102,6 @@ def choices_of(scenario: Scenario, bounds: Bounds, *, live: bool) -> dict[Key, C
         ((key, one_b),) = found.items()
         found[FOLLOWS, key[1]] = two_impedances(scenario, one_b, bounds, live=live)
     return found
-
-
-def _best_first(rows: dict[Key, Rating]) -> list[Key]:
-    """Return the choices that are stable in the model: proved ones first, then by cost."""
-    costs = {key: row.cost for key, row in rows.items() if row.cost is not None}
-    return sorted(costs, key=lambda key: (not rows[key].passive, round(costs[key], 3), key))
 
 
 def _others(

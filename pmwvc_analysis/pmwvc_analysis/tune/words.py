@@ -11,7 +11,6 @@ from pmwvc_analysis.tune import criteria
 from pmwvc_analysis.tune.criteria import Rating
 from pmwvc_analysis.tune.search import Proposal
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.impedance import MatrixImpedance
 
 COLUMNS: tuple[tuple[str, str, Callable[[Rating], float | None]], ...] = (
     ("b", "N s/m", lambda row: row.choice.impedance),
@@ -44,8 +43,6 @@ def _plain(scenario: Scenario, row: Rating) -> dict[str, Any]:
 def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     """Return the proposal for a terminal."""
     best, rows = found.best, {"proposed": found.best, **found.others}
-    impedance = scenario.users[0].impedance
-    matrix = impedance if isinstance(impedance, MatrixImpedance) else None
     lines = [f"{scenario.name}: what each choice renders to the first user"]
     if left := nonlinear(scenario):
         elements = ", ".join(dict.fromkeys(element.text for element in left))
@@ -53,14 +50,12 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         lines.append(f"  not linear: {elements}; stiffness and mass computed with {instead}")
     if effects := left_out(scenario):
         lines.append(f"  left out of stability: {'; '.join(effects)}")
-    lines += _table(scenario, rows, matrix)
+    lines += _table(scenario, rows)
     if scenario.strict:
         lines.append(
             "  channel = strict has neither anti-aliasing filter nor hold: impedances alone are "
             "chosen"
         )
-    if matrix:
-        lines.append(f"  as given: impedance matrix {matrix:.4g} N s/m, rated along axis 1")
     if best.k_ideal is not None and best.mass_ideal is not None:
         lines.append(
             f"  ideal: {best.k_ideal:.4g} N/m, {best.mass_ideal:.3g} kg; cost in just-noticeable "
@@ -73,21 +68,16 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         "stable, not limited by safety, "
         + (best.simulated_passivity or "no port released more energy than it received")
     )
-    if criteria.velocity_step(scenario) is None:
-        lines.append(
-            f"  noise: that of an encoder of {criteria.ENCODER_STEP_M * 1e6:g} um; the scenario's "
-            "device is exact, so it does not count in the cost"
-        )
-    else:
-        lines.append(f"  noise: {criteria.NOTICED_N * 1e3:g} mN count as one JND of the cost")
+    exact = criteria.velocity_step(scenario) is None
+    of = f"of an encoder of {criteria.ENCODER_STEP_M * 1e6:g} um, not in the cost"
+    noise = of if exact else f"{criteria.NOTICED_N * 1e3:g} mN count as one JND of the cost"
+    lines.append(f"  noise: {noise}")
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())
     return [*lines, f"use it with: {words}"]
 
 
-def _table(
-    scenario: Scenario, rows: dict[str, Rating], matrix: MatrixImpedance | None
-) -> list[str]:
+def _table(scenario: Scenario, rows: dict[str, Rating]) -> list[str]:
     """Return heads, units, and a line for each rating with what was found of it."""
     width = max(map(len, rows))
     heads, units, _ = zip(*COLUMNS, strict=True)
@@ -97,8 +87,6 @@ def _table(
     for label, row in rows.items():
         values = {head: value(row) for head, _, value in COLUMNS}
         cells = {head: "-" if at is None else f"{at:.3g}" for head, at in values.items()}
-        if matrix and row.choice.as_given:
-            cells["b"] = "matrix"
         passive = row.passive or (row.stable and _by_account(row.choice.applied(scenario)))
         word = "  NOT stable" if not row.stable else "" if passive else "  not proved passive"
         if row.simulated not in (None, criteria.STABLE):

@@ -32,12 +32,8 @@ def state_text(stable: bool | None, instability: str | None) -> str:
     return "stable" if stable else f"not stable: {instability}"
 
 
-def verdict_lines(summary: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the verdict, the most important first."""
-    return [line._asdict() for line in _lines(summary)]
-
-
-def _lines(summary: dict[str, Any]) -> Iterator[Line]:
+def lines(summary: dict[str, Any]) -> Iterator[Line]:
+    """Yield the verdict, the most important first."""
     yield _stability(summary)
     for text in summary["interrupted"]:
         yield Line(False, f"Interrupted: {text}.", fails=True)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.topics import relayed
-from pmwvc_analysis.traces.stages import disturbances
+from pmwvc_analysis.traces.stages import disturbances, until
 from pmwvc_analysis.traces.thresholds import EARLY_S
 from pmwvc_core.frame import Presence
 from pmwvc_core.scenario.scenario import Scenario
@@ -92,9 +92,10 @@ def _left(traces: SessionTraces, name: str, last_s: float) -> bool:
     return bool(len(soon) and soon[-1] == Presence.ABSENT)
 
 
-def judged_until_s(traces: SessionTraces, found: list[Ending]) -> float:
-    """Return until when a session is judged [s]: a node that everybody needs ended, or the end."""
-    return min([traces.duration_s, *(ending.time_s for ending in found if not ending.user)])
+def judged(traces: SessionTraces, found: list[Ending]) -> SessionTraces:
+    """Return what is judged of a session: until a node that everybody needs ended, or the end."""
+    ends_s = (ending.time_s for ending in found if not ending.user)
+    return until(traces, min([traces.duration_s, *ends_s]))
 
 
 def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:

@@ -22,15 +22,6 @@ from pmwvc_core.wave.impedance import first_axis
 UNKNOWN = "how late packets come, and which are lost, left out or skipped, is not known before"
 OFFSET = "offset of the device from its avatar at the end"
 HANDS = "hands damp, contacts can part, and a short session may end before it shows"
-STABILITY: dict[tuple[bool | None, bool | str], tuple[bool | None, str]] = {  # predicted, was
-    (True, True): (True, "Predicted stable: it was."),
-    (False, False): (True, "Predicted unstable: it was."),
-    (True, False): (False, "Predicted stable, but it was not (missed): see the events."),
-    (None, True): (None, "No stability was predicted; the session was stable."),
-    (None, False): (None, "No stability was predicted; the session was not stable."),
-    (False, True): (None, f"Predicted unstable, but it was stable: {HANDS}."),
-    (True, LIMITED): (None, "Predicted stable, without limits: these took over, so it is open."),
-}
 
 
 class Outcome(NamedTuple):
@@ -77,11 +68,19 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
 
 def _stability(summary: dict[str, Any]) -> Outcome:
     predicted, was = summary["prediction"]["stable"], summary["stable"]
+    found = "stable" if was else "not stable"
+    hit, text = None, f"No stability was predicted; the session was {found}."
     if was is None:
         text = "Stability was not judged: the prediction is open."
-        return Outcome("stability", None, text)
-    kind = LIMITED if predicted and summary["instability"] == LIMITED else was
-    return Outcome("stability", *STABILITY[predicted, kind])
+    elif predicted is not None and predicted == was:
+        hit, text = True, f"Predicted {'stable' if was else 'unstable'}: it was."
+    elif predicted is False:
+        text = f"Predicted unstable, but it was stable: {HANDS}."
+    elif predicted and summary["instability"] == LIMITED:
+        text = "Predicted stable, without limits: these took over, so it is open."
+    elif predicted:
+        hit, text = False, "Predicted stable, but it was not (missed): see the events."
+    return Outcome("stability", hit, text)
 
 
 def offsets(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:

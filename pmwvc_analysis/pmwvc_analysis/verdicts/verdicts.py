@@ -18,7 +18,7 @@ from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
-from pmwvc_analysis.traces.stages import stages, until
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import final, number, percentiles, rms
 from pmwvc_analysis.verdicts import check, endings, passivity, stability
 from pmwvc_analysis.verdicts.outcomes import outcomes
@@ -43,7 +43,7 @@ def summary(
 
     whole, seen = traces, events.complete(traces, scenario)
     ended = endings.endings(traces, seen, scenario)
-    traces = until(traces, endings.judged_until_s(traces, ended))
+    traces = endings.judged(traces, ended)
     judged = stability.verdict(traces, scenario)
     found = passivity.passivity(traces, scenario, energies)
     limited = limits.withheld(traces, scenario)
@@ -70,7 +70,7 @@ def summary(
             | felt(traces, user, scenario)._asdict()
             for user in traces.users
         ],
-        "links": _links(traces),
+        "links": [_link(fates) for _, fates in sorted(traces.fates.items())],
         "receptions": _receptions(traces, scenario),
         "prediction": prediction(scenario, live=traces.live)
         if scenario
@@ -88,7 +88,7 @@ def summary(
         user["kept_apart"] = (scenario and kept_text(user["kept_apart_m"], scenario)) or None
     found_out = outcomes(scenario, result, stages(traces, scenario)) if scenario else []
     result["outcomes"] = [each._asdict() for each in found_out]
-    result["verdict"] = check.verdict_lines(result)
+    result["verdict"] = [line._asdict() for line in check.lines(result)]
     reasons = [line["text"] for line in result["verdict"] if line["fails"]]
     result["check"] = {"passed": not reasons, "reasons": reasons}
     return result
@@ -165,11 +165,6 @@ def _ticks(user: UserTraces) -> dict[str, Any]:
         "ticks_missing": int((steps[missing] - 1).sum()),
         "tick_rate_hz": number(int(seen.sum()) / ran_s) if ran_s else None,
     }
-
-
-def _links(traces: SessionTraces) -> list[dict[str, Any]]:
-    """Return the entries of ``links`` of a summary."""
-    return [_link(fates) for _, fates in sorted(traces.fates.items())]
 
 
 def _link(fates: FateTraces) -> dict[str, Any]:

@@ -38,9 +38,7 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
       pmwvc compare stiff_24ms --over master.impedance=15,25,40 --out /tmp/impedances
 
     Every combination of the values runs in virtual time with the same hands and the same fate of
-    every packet (one seed). virtual_coupling, tdpa and pspm are tuned by search for each
-    combination, unless baseline.NAME.* is set: 120 settings are simulated for up to 20 s, which
-    takes about 5 s of computing with two users; the best are kept.
+    every packet (one seed). The report names the tuning rules that baseline.NAME.* miss.
     """
     from pmwvc_bringup import comparison as report
     from pmwvc_bringup.session.surroundings import check, new_folder
@@ -58,8 +56,6 @@ def compare(arguments: argparse.Namespace) -> cli.Result:
     folder = new_folder(f"{name}-compare", arguments.out)
     console, figures = terminal(), arguments.figures
     console.print(f"{name}: {count(len(chosen), 'session')}, simulated")
-    with doing("searching the best parameters of controllers without waves") as work:
-        chosen = report.tuned(chosen, work)
     with doing("running") as work:
         entries = report.simulated(chosen, folder, work)
     return report.report(folder, f"Comparison of {name}", entries, console, figures=figures)
@@ -106,7 +102,7 @@ def replay_(arguments: argparse.Namespace) -> cli.Result:
         result = replay(traces, recorded, replayed, hand=arguments.hand, progress=work)
     folder = new_folder(f"{recorded.name}-replay", arguments.out)
     with doing("writing the recording") as work:
-        record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
+        record_traces(folder, result.replayed, result.scenario)
         work.part("writing the report")
         texts = _reported(result, source, folder, figures=figures)
     return print_report(folder, texts, console, figures=figures)

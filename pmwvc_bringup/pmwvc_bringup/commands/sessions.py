@@ -69,7 +69,7 @@ def simulate_(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.session.terminal import announce, finish, prepared
 
     scenario, folder = prepared(arguments)
-    from pmwvc_analysis.events.events import faults, kept
+    from pmwvc_analysis.events.events import faults
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_core.simulation.session import simulate
 
@@ -80,7 +80,7 @@ def simulate_(arguments: argparse.Namespace) -> cli.Result:
     for fault in faults(traces):
         console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
     with doing("writing the recording"):
-        record_traces(folder, traces, scenario, metadata=kept(traces))
+        record_traces(folder, traces, scenario)
     figures, check = arguments.figures, arguments.check
     return finish(console, folder, scenario, check=check, figures=figures)
 

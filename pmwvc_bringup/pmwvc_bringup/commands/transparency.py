@@ -31,8 +31,8 @@ def transparency_(arguments: argparse.Namespace) -> cli.Result:
 
     Keys of --json: scenario, user, axis (1: x), source (model or measured), admittance_dc (m/N at
     rest), k_felt (its inverse), b_felt (N s/m, pressing, device included); nothing touched:
-    mass_felt (kg) and b_free (N s/m), device included, mass_link and b_link, without it;
-    first_peak_hz; ideal (the same eight for direct coupling at every tick, no delay), notes.
+    mass_felt (kg) and b_free (N s/m), device included; first_peak_hz; ideal (the same six for
+    direct coupling at every tick, no delay), notes.
     null: no such limit exists, or it is unknown.
     """
     scenario = cli.scenario_of(arguments)

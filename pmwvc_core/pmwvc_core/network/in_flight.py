@@ -124,24 +124,19 @@ class RecordedLink(InFlight):
     """A link that does to its packets what was recorded of another: for replays.
 
     ``record`` holds for every packet number (1, 2, 3...) its fate, followed by those of its
-    copies; ``per_packet`` are recorded packets per packet sent here: at another rate a packet
-    meets the fate that was recorded at that time. What the recording does not reach is lost.
+    copies. What the recording does not reach is lost.
     """
 
-    def __init__(
-        self, record: Mapping[int, Sequence[RecordedFate]], *, per_packet: float = 1.0
-    ) -> None:
+    def __init__(self, record: Mapping[int, Sequence[RecordedFate]]) -> None:
         super().__init__()
         self._record = record
-        self._per_packet = per_packet
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """As :meth:`pmwvc_core.network.link.Link.send`."""
         counters = self.counters
         counters.in_count = number = counters.in_count + 1
-        recorded = 1 + int((number - 1) * self._per_packet + 1e-9)
         fates = []
-        for delay_ns, kind, cause, at_ns in self._record.get(recorded, LOST_RECORD):
+        for delay_ns, kind, cause, at_ns in self._record.get(number, LOST_RECORD):
             fate = Fate(number, now_ns, 0, kind, cause, size_bytes)
             fates.append(fate)
             counters.lost += kind is FateKind.LOST
