@@ -62,15 +62,14 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
 def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
     """Return the axis of ``NAME=A:B:N``; else PmwvcError with the option."""
     from pmwvc_analysis.maps.maps import MapAxis
-    from pmwvc_core.scenario.names import value_of, varied
+    from pmwvc_core.scenario.names import varied
 
     name, _, span = text.partition("=")
     try:
-        value_of(scenario, name)  # refuses what is none
         first, last, count = span.split(":")
         values = _spread(float(first), float(last), int(count))
         for edge in (values[0], values[-1]):
-            varied(scenario, name, edge)  # refuses what is out of range
+            varied(scenario, name, edge)  # refuses what is none, or out of range
     except PmwvcError as error:
         raise PmwvcError(f"{option}{error}") from None
     except ValueError:

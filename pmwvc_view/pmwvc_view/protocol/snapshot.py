@@ -56,7 +56,7 @@ NO_PACKETS = np.empty((0, len(PACKET)))
 
 class Layout:
     """The layout of a snapshot: fixed columns, then rows of packets. ``columns`` and ``slices``:
-    what is in a row, and where; ``size``: its length, ``narrow`` of a scene's at its end.
+    what is in a row, and where; ``size``: its length.
     """
 
     def __init__(self, users: Sequence[str], dof: int, bodies: Sequence[str] = ()) -> None:
@@ -66,10 +66,8 @@ class Layout:
             columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]
             columns += [Column(f"{user}.{name}", 1, unit) for name, unit in _NUMBERS]
         columns += [Column(f"object.{name}", dof, unit) for name, unit in _OBJECT]
-        scene = [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
-        scene += [Column("contacts", 6 * CONTACTS, "m, N")] if bodies else []
-        self.narrow = sum(column.values for column in scene)
-        columns += scene
+        columns += [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
+        columns += [Column("contacts", 6 * CONTACTS, "m, N")] if bodies else []
         self.columns = columns
         ends = np.cumsum([0, *(column.values for column in columns)]).tolist()
         places = map(slice, ends, ends[1:])
@@ -95,24 +93,20 @@ class Layout:
         return {
             "columns": [list(column) for column in self.columns],
             "packet": [list(column) for column in PACKET],
-            "narrow": self.narrow,
         }
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The session at one time: a row, its last ``narrow`` values sent as float32, and packets."""
+    """The session at one time: a row, and packets."""
 
     row: Array
     packets: Array  # (n, 5)
-    narrow: int = 0
 
     @cached_property
     def message(self) -> bytes:
         """The snapshot as pages get it: the row, then the packets, little-endian."""
-        wide = len(self.row) - self.narrow
-        poses = np.pad(self.row[wide:].astype("<f4"), (0, self.narrow % 2)).view("<f8")
-        every = np.concatenate([self.row[:wide], poses, self.packets.ravel()])
+        every = np.concatenate([self.row, self.packets.ravel()])
         return every.astype("<f8", copy=False).tobytes()
 
 
@@ -134,7 +128,7 @@ class Outgoing:
             row[self._low] = np.fmin(row[self._low], before.row[self._low])
             row[self._high] = np.fmax(row[self._high], before.row[self._high])
             packets = np.concatenate([before.packets, snapshot.packets])[-MOST_PACKETS:]
-            snapshot = Snapshot(row, packets, snapshot.narrow)
+            snapshot = Snapshot(row, packets)
         self._waiting = snapshot
 
     def take(self) -> bytes | None:
