@@ -63,7 +63,9 @@ def test_a_faulty_table_is_refused_with_its_columns(table, tmp_path):
         table, columns="f"
     )
     assert "more than one column: choose from t, position, b" in refusal(table)
-    assert "row 3 (from 0) of column b holds 'x', not a number" in refusal(table, columns="b")
+    assert "1 rows hold a value that is not a finite number, the first is row 3" in refusal(
+        table, columns="b"
+    )
     assert "no such file (looked in " in refusal(tmp_path / "none.csv")
     assert "unknown kind '.xls'; use .csv" in refusal(_write(tmp_path / "a.xls", "1\n2\n"))
     assert "empty" in refusal(_write(tmp_path / "a.csv", "\n# only\n"))
@@ -71,7 +73,7 @@ def test_a_faulty_table_is_refused_with_its_columns(table, tmp_path):
     (tmp_path / "c.csv").write_bytes(b"\xff\xfe\x00")
     assert "not text" in refusal(tmp_path / "c.csv")
     ragged = _write(tmp_path / "d.csv", "a,b\n1,2\n3\n")
-    assert "row 1 (from 0) of column b holds 'nothing'" in refusal(ragged, columns="b")
+    assert "Line #3 (got 1 columns instead of 2); repair the file" in refusal(ragged, columns="b")
     with pytest.raises(RecordingError, match=r"operator\.file is empty"):
         load("")
 

@@ -66,7 +66,7 @@ def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
     if broken.any():
         raise RecordingError(
             f"{file}: {int(broken.sum())} rows hold a value that is not a finite number, the "
-            f"first is row {int(broken.argmax())} (from 0); repair or cut the file"
+            f"first is row {int(broken.argmax())} (from 0); repair the file"
         )
     if (np.diff(times) <= 0.0).any():
         row = int((np.diff(times) <= 0.0).argmax()) + 1
@@ -82,7 +82,7 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
         raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
-    names, rows = _table_of(file)
+    names, table = _table_of(file)
     wanted = [name.strip() for name in params.columns.split(",") if name.strip()]
     if not wanted:
         wanted = [name for name in names if name != params.time_column]
@@ -91,19 +91,19 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
                 f"{file}: operator.columns is empty, and there is more than one column: "
                 f"choose from {', '.join(names)}"
             )
-    values = np.stack([_column(file, names, rows, name) for name in wanted], axis=-1)
+    values = table[:, [_place(file, names, name) for name in wanted]]
     if len(wanted) not in (1, dof):
         raise RecordingError(
             f"{params.file}: operator.columns = {params.columns!r} are {len(wanted)} columns for "
             f"{dof} axes; give one column (it acts along the first axis) or one per axis"
         )
     if params.time_column:
-        return values, _column(file, names, rows, params.time_column)
+        return values, table[:, _place(file, names, params.time_column)]
     return values, np.arange(len(values)) / params.rate_hz
 
 
-def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
-    """Return the names of the columns of a file, and its rows, of numbers or of texts."""
+def _table_of(file: Path) -> tuple[list[str], Array]:
+    """Return the names of the columns of a file, and its rows; NaN is what is no number."""
     suffix = file.suffix.lower()
     if suffix == ".npy":
         try:
@@ -115,8 +115,8 @@ def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
                 f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
                 "(rows, columns)"
             )
-        array = array.reshape(len(array), -1)
-        return [str(number) for number in range(array.shape[1])], array
+        table = array.reshape(len(array), -1).astype(float)
+        return [str(number) for number in range(table.shape[1])], table
     if suffix not in (".csv", ".txt", ".tsv", ".dat"):
         raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
     try:
@@ -127,39 +127,25 @@ def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
     if not lines:
         raise RecordingError(f"{file}: empty")
     separator = next((mark for mark in (";", "\t", ",") if mark in lines[0]), None)
-    rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
-    if any(_is_number(cell) for cell in rows[0]):
-        return [str(number) for number in range(len(rows[0]))], rows
-    return [cell.strip('"') for cell in rows[0]], rows[1:]
-
-
-def _is_number(cell: str) -> bool:
     try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+        table = np.genfromtxt(lines, delimiter=separator, ndmin=2)
+    except ValueError as error:  # rows of different lengths
+        raise RecordingError(f"{file}: {error}; repair the file") from error
+    if np.isnan(table[0]).all():
+        return [cell.strip(' "') for cell in lines[0].split(separator)], table[1:]
+    return [str(number) for number in range(table.shape[1])], table
 
 
-def _column(file: Path, names: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> Array:
-    """Return one column ``(rows,)``, by its name or its number."""
-    if name not in names and not (name.isdecimal() and int(name) < len(names)):
-        raise RecordingError(
-            f"{file}: no column {name!r}; there are {', '.join(names)}, "
-            f"or by number 0 to {len(names) - 1}"
-        )
-    index = names.index(name) if name in names else int(name)
-    values = np.empty(len(rows))
-    for number, row in enumerate(rows):
-        try:
-            values[number] = row[index]
-        except (IndexError, ValueError) as error:
-            text = row[index] if index < len(row) else "nothing"
-            raise RecordingError(
-                f"{file}: row {number} (from 0) of column {name} holds {text!r}, not a "
-                "number; choose another column or repair the file"
-            ) from error
-    return values
+def _place(file: Path, names: Sequence[str], name: str) -> int:
+    """Return the number of a column, given by its name or its number."""
+    if name in names:
+        return names.index(name)
+    if name.isdecimal() and int(name) < len(names):
+        return int(name)
+    raise RecordingError(
+        f"{file}: no column {name!r}; there are {', '.join(names)}, "
+        f"or by number 0 to {len(names) - 1}"
+    )
 
 
 def resample(values: Array, times: Array, *, tick_s: float) -> Array:
@@ -184,11 +170,7 @@ def resample(values: Array, times: Array, *, tick_s: float) -> Array:
 
 def fade(values: Array, *, fade_s: float, tick_s: float) -> Array:
     """Return a signal led in from zero and out to zero by half cosines, at most its halves."""
-    count = min(round(fade_s / tick_s), (len(values) - 1) // 2)
-    if count < 1:
-        return values
-    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
-    weight = np.ones(len(values))
-    weight[:count] = rise
-    weight[-count:] = rise[::-1]
-    return values * weight[:, np.newaxis]
+    from scipy.signal.windows import tukey
+
+    share = 2.0 * fade_s / tick_s / (len(values) - 1)
+    return values * np.asarray(tukey(len(values), min(share, 1.0)))[:, np.newaxis]
