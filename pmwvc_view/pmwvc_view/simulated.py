@@ -36,7 +36,7 @@ class Simulation(SteppedSession):
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(replace(scenario, duration_s=LONGEST_S))
-        self._dof, self.tick, self._stepped = scenario.dof, 0, 0
+        self.tick = self._stepped = 0
         self.scene = description_of(self.server.s.environment.body)
         self._by_name = {user.settings.name: user for user in self.users}
         self.targets: dict[str, list[Target]] = {}
@@ -54,10 +54,10 @@ class Simulation(SteppedSession):
         self.tick = tick
         self.advance(tick * self.tick_ns)
         of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s, "events": 0}
-        for (name, user), notes in zip(self._by_name.items(), self.user_notes, strict=True):
-            if notes.ticks:
-                feed.on_master(notes.traces(name, first=user.ticks.first, **of))
-        self.user_notes = [UserNotes(self._dof) for _ in self.users]
+        for name, user in self._by_name.items():
+            if user.notes.ticks:
+                feed.on_master(user.notes.traces(name, first=user.ticks.first, **of))
+            user.notes = UserNotes(self._scenario.dof)
         if self.steps:
             began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
             server = stepped_server(self._scenario, self.steps, began_s)

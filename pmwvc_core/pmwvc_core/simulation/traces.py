@@ -6,7 +6,7 @@ one that ran in bulk (:mod:`.bulk.loop`).
 
 import itertools
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_core import traces as of
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.frame import SIGNALS, Frame, FrameReport
+from pmwvc_core.frame import SIGNALS, FrameReport, ServerRow
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.numeric import Array, Integers, Value
 from pmwvc_core.scenario.scenario import Scenario
@@ -28,7 +28,7 @@ from pmwvc_core.traces import ENERGIES, ServerTraces, SessionTraces, UserTraces,
 
 class Step(NamedTuple):
     """A step of the server: tick, when it ran [ns], length [s], how many steps have taken changes
-    over, and the server after it (:func:`.bulk.run.empty_steps`).
+    over, and the server after it, as :func:`.bulk.run.empty_steps` and as its end tells it.
     """
 
     tick: int
@@ -36,9 +36,7 @@ class Step(NamedTuple):
     period_s: float
     changes: int
     arrays: tuple[Array, Array, Integers]
-    poses: Mapping[str, Sequence[float]]
-    contacts: Sequence[float]
-    contained: int
+    row: ServerRow
 
 
 class UserNotes:
@@ -51,14 +49,14 @@ class UserNotes:
         self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
         self._dof, self._signals = dof, array("d")
 
-    def write(self, frame: Frame) -> None:
-        """Note the signals of consecutive ticks."""
+    def write(self, ticks: Sequence[int], times_ns: Sequence[int], values: list[Value]) -> None:
+        """Note the signals of consecutive ticks, tick by tick, in the order of ``SIGNALS``."""
         if self._dof == 1:
-            self._signals.extend(frame.values)  # type: ignore[arg-type]
+            self._signals.extend(values)  # type: ignore[arg-type]
         else:
-            self._signals.frombytes(columns(frame.values, self._dof).tobytes())
-        self.ticks += frame.ticks
-        self.times_ns += frame.times_ns
+            self._signals.frombytes(columns(values, self._dof).tobytes())
+        self.ticks += ticks
+        self.times_ns += times_ns
 
     def traces(
         self, name: str, *, ticks: int, first: int, tick_s: float, events: int
@@ -92,15 +90,15 @@ def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> 
     """Return the traces of the server's steps, given when they began [s]."""
     rows = zip(empty_steps(scenario, 0), *(step.arrays for step in steps), strict=True)
     arrays = (np.concatenate(each, axis) for each, axis in zip(rows, (1, 0, 0), strict=True))
-    tick_ns, bodies = round(scenario.tick_s * 1e9), steps[0].poses if steps else ()
+    tick_ns, bodies = round(scenario.tick_s * 1e9), steps[0].row.poses if steps else ()
     late_ns = [step.ran_ns - step.tick * tick_ns for step in steps]
     return server_traces(
         scenario, *arrays, time_s=time_s, looked_ns=np.array(late_ns, dtype=np.int64),
         periods_s=np.array([step.period_s for step in steps], dtype=float),
         changes=np.array([step.changes for step in steps], dtype=np.int64),
-        poses={name: np.array([step.poses[name] for step in steps]) for name in bodies},
-        contacts=contact_rows([step.contacts for step in steps]),
-        contained=np.array([step.contained for step in steps], dtype=np.int64),
+        poses={name: np.array([step.row.poses[name] for step in steps]) for name in bodies},
+        contacts=contact_rows([step.row.contacts for step in steps]),
+        contained=np.array([step.row.contained for step in steps], dtype=np.int64),
     )  # fmt: skip
 
 

@@ -1,24 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both ends of the frame protocol in virtual time.
-
-Users (device, hand, force loop, and the links both ways) meet at the server only: each runs by
-itself up to the server's next step. There all masters send that start a frame at that instant, the
-server steps, then come the ticks: on their grids, or where the loops of a recorded session ran.
+"""A user in virtual time: device, hand, force loop, the links both ways, and notes of its ticks,
+which come on their grid, or where the loop of a recorded session ran.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
-from pmwvc_core.ends.server_end import ServerEnd
 from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant, UserEnd
-from pmwvc_core.frame import Frame, ServerRow
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import ServerParams
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions, Ticks, place_of
+from pmwvc_core.simulation.conditions import Conditions, Ticks, place_of
+from pmwvc_core.simulation.traces import UserNotes
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
@@ -38,6 +32,7 @@ class SimulatedUser:
         self.device = DevicePlant(user.device, hand, at.start, tick_s=at.tick_s)
         first, ran_ns = conditions.first.get(name, 0), conditions.ran_ns.get(name)
         self.ticks = Ticks(first, ran_ns, ticks, round(scenario.tick_s * 1e9))
+        self.notes = UserNotes(scenario.dof)
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
         # As live: the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0
@@ -68,13 +63,16 @@ class SimulatedUser:
             self.up.send(packet, now_ns)
         return True
 
-    def run(self, before_ns: int) -> Iterator[Frame]:
-        """Run the ticks that are due before an instant [ns], frame by frame."""
+    def run(self, before_ns: int) -> None:
+        """Run the ticks that are due before an instant [ns]; note energies where a frame ends."""
         while self.send(before_ns - 1):
             ends = self.ticks.first + self.loop.s.next_frame
             ticks, over = self.ticks.take(before_ns, ends)
             times_ns = self.ticks.at_ns[ticks.start : ticks.stop]
-            yield Frame(ticks, times_ns, self._advance(ticks, times_ns), ends if over else None)
+            self.notes.write(ticks, times_ns, self._advance(ticks, times_ns))
+            if over:
+                work = self.device.s.against_j, self.device.s.by_hand_j
+                self.notes.frames.append((ends, self.loop.report(), work, self.loop.changes))
 
     def _advance(self, ticks: range, times_ns: Sequence[int]) -> list[Value]:
         device, loop = self.device, self.loop
@@ -97,81 +95,3 @@ class SimulatedUser:
             values += row
         self._f, self._acts = f, acts or loop.s.coupled
         return values
-
-
-ENDLESS = 1 << 40  # ticks
-NEVER_NS = (1 << 63) - 1
-Step = tuple[int, int, float | None]  # of the server: tick, time [ns], length where given [s]
-NO_STEP: Step = (0, NEVER_NS, None)
-
-
-class VirtualTime:
-    """The ends of a scenario, stepped as far as wanted: ``on_frame`` gets the number of a user and
-    ticks that it ran, ``on_step`` tick, time [ns] and row of a step of the server.
-    """
-
-    def __init__(
-        self, scenario: Scenario, *, on_frame: Callable[[int, Frame], None],
-        on_step: Callable[[int, int, ServerRow], None], ticks: int = ENDLESS,
-        conditions: Conditions = FROM_SCENARIO,
-    ) -> None:  # fmt: skip
-        self._present, self.tick_ns = scenario, round(scenario.tick_s * 1e9)
-        self.server: Any = ServerEnd(scenario)
-        self.users = [
-            SimulatedUser(scenario, i, ticks=ticks, inbox=inbox, conditions=conditions)
-            for i, inbox in enumerate(self.server.inboxes)
-        ]
-        self._on_frame, self._on_step = on_frame, on_step
-        self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
-        recorded = conditions.steps
-        self._steps: Iterator[Any] = self._on_grid(ticks)
-        if recorded:
-            self._steps = zip(*(column.tolist() for column in recorded), strict=True)
-        self._recorded, self._due = recorded is not None, -1  # tick of the next step
-        self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
-
-    def advance(self, before_ns: int) -> None:
-        """Step everything that is due before an instant [ns]."""
-        while True:
-            now_ns = min(self._at_ns, before_ns)
-            for index, user in enumerate(self.users):
-                for frame in user.run(now_ns):
-                    self._on_frame(index, frame)
-            if self._at_ns >= before_ns:
-                return
-            for user in self.users:
-                user.send(now_ns)
-            packets = [user.up.collect(now_ns) for user in self.users]
-            missed = self._tick - self._due if 0 <= self._due < self._tick else 0
-            answers, row = self.server.tick(now_ns, packets, missed * self.tick_ns * 1e-9)
-            for user, answer in zip(self.users, answers, strict=True):
-                if answer is not None:
-                    user.down.send(answer, now_ns)
-            if row is not None:
-                self._on_step(self._tick, now_ns, row)
-            if self._recorded:
-                self._due = self._tick + round(self.server.p.period_s * 1e9 / self.tick_ns)
-            self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
-
-    def _on_grid(self, ticks: int) -> Iterator[Step]:
-        tick = -1
-        while (tick := self._next_step(tick, period_s=self.server.params.period_s)) < ticks:
-            yield tick, tick * self.tick_ns, None
-
-    def change(self, new: Scenario) -> None:
-        """Hand over what another scenario has."""
-        old = self._present
-        if new.server != old.server:
-            self.server.hand_over(partial(self._configure, new.server))
-        for index, (one, other) in enumerate(zip(old.users, new.users, strict=True)):
-            self.users[index].change(one, other)
-            if other.contact != one.contact:
-                port = index, other.contact, other.server_impedance
-                self.server.hand_over(partial(self.server.configure_user, *port))
-        self._present = new
-
-    def _configure(self, params: ServerParams) -> None:
-        """Have the server take parameters over; this step lasts to where the next one begins."""
-        ticks = self._next_step(self._tick, period_s=params.period_s) - self._tick
-        lasts_s = ticks * self._present.tick_s if self._lasts_s is None else self._lasts_s
-        self.server.configure(params, first_s=lasts_s)
