@@ -5,6 +5,7 @@
 import math
 from collections import deque
 from collections.abc import Sequence
+from operator import call as at_once
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, directly
+from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
@@ -195,7 +196,7 @@ def _resting_box(
 
 
 def resting_server(
-    users: Sequence["scenarios.User"], session: Any, p: ServerStepParams, call: Call = directly
+    users: Sequence["scenarios.User"], session: Any, p: ServerStepParams, call: Call = at_once
 ) -> Server:
     """Return the server with no user present. Environments of other packages have their parameters
     in ``session.own``, by their names, and ``call`` is how they are asked.
