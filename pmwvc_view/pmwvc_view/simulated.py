@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.simulation.traces import UserNotes, stepped_server
+from pmwvc_core.simulation.traces import stepped_server
+from pmwvc_core.simulation.virtual_time import Notes
 from pmwvc_view import SNAPSHOT_S, controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.feed.feed import Feed
@@ -38,11 +38,10 @@ class Simulation(SteppedSession):
         super().__init__(replace(scenario, duration_s=LONGEST_S))
         self.tick = self._stepped = 0
         self.scene = description_of(self.server.s.environment.body)
-        self._by_name = {user.settings.name: user for user in self.users}
         self.targets: dict[str, list[Target]] = {}
-        for name, user in self._by_name.items():
+        for user in self.users:
             if user.settings.operator.is_remote:
-                self.targets[name] = []
+                self.targets[name := user.settings.name] = []
                 user.device.listen(partial(self._taken, name))
 
     def _taken(self, user: str) -> Sequence[Target]:
@@ -53,11 +52,10 @@ class Simulation(SteppedSession):
         """Step up to a tick; give what was noted to a feed."""
         self.tick = tick
         self.advance(tick * self.tick_ns)
-        of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s, "events": 0}
-        for name, user in self._by_name.items():
+        for user in self.users:
             if user.notes.ticks:
-                feed.on_master(user.notes.traces(name, first=user.ticks.first, **of))
-            user.notes = UserNotes(self._scenario.dof)
+                feed.on_master(user.traces())
+            user.notes = Notes()
         if self.steps:
             began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
             server = stepped_server(self._scenario, self.steps, began_s)

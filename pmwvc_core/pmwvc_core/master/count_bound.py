@@ -38,16 +38,12 @@ class CountBound(NamedTuple):
 
 def count_bound(master: MasterParams, device: DeviceParams) -> CountBound:
     """Return the bound for a device with an encoder."""
-    b, q, h = (
-        master.rises * float(largest(impedance_of(master))),
-        float(device.encoder_step_m),
-        master.tick_s,
-    )
-    mass, frame_s = float(device.mass), master.frame_s
-    given_j, most = GIVEN * b * q**2 / h, min(LARGEST_RATIO * mass / h, LARGEST_IMPEDANCE)
+    b = master.rises * float(largest(impedance_of(master)))
+    q, h, frame_s = float(device.encoder_step_m), master.tick_s, master.frame_s
+    given_j, most = GIVEN * b * q**2 / h, min(LARGEST_RATIO * device.mass / h, LARGEST_IMPEDANCE)
     holds = frame_s >= LEAST_FRAME_S - ROUNDING_S and b <= most
     text = f"velocities are differences of counts of {1e6 * q:.3g} um: b = {b:.3g} N s/m, "
-    text += f"b h/m = {b * h / mass:.2g} and frames of {1e3 * frame_s:.3g} ms. "
+    text += f"b h/m = {b * h / device.mass:.2g} and frames of {1e3 * frame_s:.3g} ms. "
     if holds:
         text += "With a hand on the device its port gives out at most 0.1 b q^2/h = "
         text += f"{1e3 * given_j:.2g} mJ more than it took in (measured, not proved)."

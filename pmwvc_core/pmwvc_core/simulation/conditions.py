@@ -138,7 +138,7 @@ class Ticks:
     """The ticks of a user's loop, counted by the session, of which there are so many."""
 
     def __init__(self, first: int, ran_ns: Integers | None, ticks: int, tick_ns: int) -> None:
-        self.first = first  # tick of the session at which the loop counts 0
+        self.count, self.first = ticks, first  # first: where the loop counts 0
         self.next = first  # that runs or passes
         # Time of every tick of the session up to the last that runs.
         self.at_ns: Sequence[int] = range(0, ticks * tick_ns, tick_ns)

@@ -134,13 +134,11 @@ class SteppedSession:
         faults, looks_ns = self.server.faults, [step.ran_ns for step in self.steps]
         traces = SessionTraces("simulated", self.ticks * self.tick_s, [], None)
         for user in self.users:
-            name, own = user.settings.name, user.notes
-            of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s}
-            of |= {"first": user.ticks.first, "events": user.loop.s.limits.events}
-            traces.users.append(own.traces(name, **of))
+            name = user.settings.name
+            traces.users.append(user.traces())
             for way, link, looks, end in (
                 ("up", user.up, looks_ns, self.server),
-                ("down", user.down, own.times_ns, user.loop),
+                ("down", user.down, user.notes.times_ns, user.loop),
             ):
                 add_link(traces, name, way, *link.traces(looks, end.other_controller))
                 if link.link.failed:  # plug-ins

@@ -5,7 +5,6 @@ one that ran in bulk (:mod:`.bulk.loop`).
 """
 
 import itertools
-from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -15,14 +14,14 @@ import numpy as np
 
 from pmwvc_core import traces as of
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.frame import SIGNALS, FrameReport, ServerRow
+from pmwvc_core.frame import SIGNALS, ServerRow
 from pmwvc_core.master.safety import state_of, text_of
-from pmwvc_core.numeric import Array, Integers, Value
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk.loop import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run, empty_steps
-from pmwvc_core.simulation.conditions import add_link, columns
+from pmwvc_core.simulation.conditions import add_link
 from pmwvc_core.traces import ENERGIES, ServerTraces, SessionTraces, UserTraces, contact_rows
 
 
@@ -37,53 +36,6 @@ class Step(NamedTuple):
     changes: int
     arrays: tuple[Array, Array, Integers]
     row: ServerRow
-
-
-class UserNotes:
-    """Notes of one user."""
-
-    def __init__(self, dof: int) -> None:
-        self.ticks: list[int] = []  # that ran, and when [ns]
-        self.times_ns: list[int] = []
-        # That ended: before which tick, report, work at the device [J], frames with changes.
-        self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
-        self._dof, self._signals = dof, array("d")
-
-    def write(self, ticks: Sequence[int], times_ns: Sequence[int], values: list[Value]) -> None:
-        """Note the signals of consecutive ticks, tick by tick, in the order of ``SIGNALS``."""
-        if self._dof == 1:
-            self._signals.extend(values)  # type: ignore[arg-type]
-        else:
-            self._signals.frombytes(columns(values, self._dof).tobytes())
-        self.ticks += ticks
-        self.times_ns += times_ns
-
-    def traces(
-        self, name: str, *, ticks: int, first: int, tick_s: float, events: int
-    ) -> UserTraces:
-        """Return the traces of the ticks that ran, numbered from the first."""
-        ran = np.array(self.ticks, dtype=np.int64)
-        late_ns = np.array(self.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
-        signals = np.array(self._signals).reshape(-1, len(SIGNALS), self._dof)
-        reports = [report for _, report, _, _ in self.frames]
-        sums = [each for _, report, work, _ in self.frames for each in (*report[2:6], *work)]
-        energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
-        ends, changes = [each[0] for each in self.frames], [each[3] for each in self.frames]
-        named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
-        kept = [report.accounts for report in reports]
-        own = dict.fromkeys(name for row in kept for name in row)
-        block_time_s = np.minimum(np.array(ends, dtype=np.float64), ticks) * tick_s
-        return UserTraces(
-            name=name, tick_s=tick_s, time_s=ran.astype(np.float64) * tick_s, tick=ran - first,
-            lateness_s=late_ns.astype(np.float64) * 1e-9, compute_s=np.zeros(len(ran)),
-            block_time_s=block_time_s, energy=dict(zip(ENERGIES, energies, strict=True)),
-            state=np.array([report.state for report in reports], dtype=np.int64),
-            reason=[report.reason for report in reports],
-            accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
-            changes=np.array(changes, dtype=np.int64), looked_ns=late_ns, safety_events=events,
-            orientation=np.array([report.orientation for report in reports]),
-            missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
-        )  # fmt: skip
 
 
 def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> ServerTraces:

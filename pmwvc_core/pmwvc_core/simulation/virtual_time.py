@@ -4,17 +4,33 @@
 which come on their grid, or where the loop of a recorded session ran.
 """
 
+from array import array
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
+
+import numpy as np
 
 from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant, UserEnd
+from pmwvc_core.frame import SIGNALS, FrameReport
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import Conditions, Ticks, place_of
-from pmwvc_core.simulation.traces import UserNotes
+from pmwvc_core.simulation.conditions import Conditions, Ticks, columns, place_of
+from pmwvc_core.traces import ENERGIES, UserTraces
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
+
+
+class Notes:
+    """Notes of a user's ticks."""
+
+    def __init__(self) -> None:
+        self.ticks: list[int] = []  # that ran, and when [ns]
+        self.times_ns: list[int] = []
+        self.signals = array("d")  # tick by tick, in the order of ``SIGNALS``
+        # Frames that ended: before which tick, report, work at the device [J], those with changes.
+        self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
 
 
 class SimulatedUser:
@@ -32,7 +48,7 @@ class SimulatedUser:
         self.device = DevicePlant(user.device, hand, at.start, tick_s=at.tick_s)
         first, ran_ns = conditions.first.get(name, 0), conditions.ran_ns.get(name)
         self.ticks = Ticks(first, ran_ns, ticks, round(scenario.tick_s * 1e9))
-        self.notes = UserNotes(scenario.dof)
+        self.notes, self._dof = Notes(), scenario.dof
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
         # As live: the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0
@@ -69,7 +85,13 @@ class SimulatedUser:
             ends = self.ticks.first + self.loop.s.next_frame
             ticks, over = self.ticks.take(before_ns, ends)
             times_ns = self.ticks.at_ns[ticks.start : ticks.stop]
-            self.notes.write(ticks, times_ns, self._advance(ticks, times_ns))
+            self.notes.ticks += ticks
+            self.notes.times_ns += times_ns
+            values = self._advance(ticks, times_ns)
+            if self._dof == 1:
+                self.notes.signals.extend(values)  # type: ignore[arg-type]
+            else:
+                self.notes.signals.frombytes(columns(values, self._dof).tobytes())
             if over:
                 work = self.device.s.against_j, self.device.s.by_hand_j
                 self.notes.frames.append((ends, self.loop.report(), work, self.loop.changes))
@@ -95,3 +117,34 @@ class SimulatedUser:
             values += row
         self._f, self._acts = f, acts or loop.s.coupled
         return values
+
+    def traces(self) -> UserTraces:
+        """Return the traces of the ticks noted, numbered from the first of the loop."""
+        notes, tick_s, frames = self.notes, self.settings.master.tick_s, self.notes.frames
+        ran = np.array(notes.ticks, dtype=np.int64)
+        late_ns = np.array(notes.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
+        signals = np.array(notes.signals).reshape(-1, len(SIGNALS), self._dof)
+        ends, reports, works, changes = zip(*frames, strict=True) if frames else ((),) * 4
+        sums = [
+            each
+            for report, work in zip(reports, works, strict=True)
+            for each in (*report[2:6], *work)
+        ]
+        energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
+        named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
+        kept = [report.accounts for report in reports]
+        own = dict.fromkeys(name for row in kept for name in row)
+        return UserTraces(
+            name=self.settings.name, tick_s=tick_s, time_s=ran.astype(np.float64) * tick_s,
+            tick=ran - self.ticks.first, lateness_s=late_ns.astype(np.float64) * 1e-9,
+            compute_s=np.zeros(len(ran)),
+            block_time_s=np.minimum(np.array(ends, dtype=np.float64), self.ticks.count) * tick_s,
+            energy=dict(zip(ENERGIES, energies, strict=True)),
+            state=np.array([report.state for report in reports], dtype=np.int64),
+            reason=[report.reason for report in reports],
+            accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
+            changes=np.array(changes, dtype=np.int64), looked_ns=late_ns,
+            safety_events=self.loop.s.limits.events,
+            orientation=np.array([report.orientation for report in reports]),
+            missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
+        )  # fmt: skip

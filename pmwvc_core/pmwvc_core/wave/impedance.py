@@ -149,11 +149,6 @@ def largest_wave(impedance: Impedance, *, waves: bool) -> float:
     return FORCE_N / math.sqrt(2.0 * least) + VELOCITY_M_S * math.sqrt(0.5 * most)
 
 
-def wave_of_speed(impedance: Impedance, velocity: float) -> float:
-    """Return a wave that moves an avatar against nothing no faster than that [m/s], [sqrt(W)]."""
-    return velocity * math.sqrt(0.5 * smallest(impedance))
-
-
 class WavePort(NamedTuple):
     """Both directions through a port, for arrays ``(..., dof)`` or floats (App. B Fig. 1; the
     equations are those of :mod:`pmwvc_core.law.wave.wave`). Forces count as in the figure: F_m
