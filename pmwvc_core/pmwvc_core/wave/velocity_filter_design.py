@@ -24,6 +24,7 @@ Equations: docs/theory.md 7.8, 7.9.
 import dataclasses
 import functools
 import math
+from typing import Any
 
 import numpy as np
 
@@ -64,6 +65,7 @@ def chosen(params: MasterParams) -> MasterParams:
     exists. Kept, as a node asks before and when it changes over.
     """
     own, low, tick_s = params.velocity_filter, params.filter, params.tick_s
+    found: dict[str, Any]
     if own.cutoff_hz is not None and own.cutoff_hz * tick_s > HIGHEST:
         raise ParameterError(
             f"velocity_filter.cutoff_hz = {own.cutoff_hz}: must be <= "
