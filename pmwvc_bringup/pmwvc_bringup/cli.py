@@ -17,6 +17,7 @@ import pkgutil
 import re
 import sys
 from collections.abc import Sequence
+from functools import partial
 from importlib import metadata
 from typing import Any, NoReturn
 
@@ -39,18 +40,15 @@ examples:
 """
 
 
-class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Examples stay as written."""
-
-    def __init__(self, prog: str) -> None:
-        super().__init__(prog, max_help_position=28, width=99)
+# Examples stay as written.
+HELP = partial(argparse.RawDescriptionHelpFormatter, max_help_position=28, width=99)
 
 
 class Parser(argparse.ArgumentParser):
     """An argument parser whose refusals name the nearest right word."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(**options, formatter_class=_HelpFormatter, allow_abbrev=False)
+        super().__init__(**options, formatter_class=HELP, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""
@@ -124,7 +122,3 @@ def main(words: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("pmwvc: interrupted", file=sys.stderr)
         return 130
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -19,7 +19,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.session import SteppedSession
 from pmwvc_core.simulation.traces import stepped_server
-from pmwvc_core.simulation.virtual_time import Notes
+from pmwvc_core.simulation.virtual_time import TickNotes
 from pmwvc_view import SNAPSHOT_S, controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.feed.feed import Feed
@@ -55,7 +55,7 @@ class Simulation(SteppedSession):
         for user in self.users:
             if user.notes.ticks:
                 feed.on_master(user.traces())
-            user.notes = Notes()
+            user.notes = TickNotes()
         if self.steps:
             began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
             server = stepped_server(self._scenario, self.steps, began_s)

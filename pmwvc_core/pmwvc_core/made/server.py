@@ -98,13 +98,10 @@ def server_params(
         arrivals = arrivals_params(session, user.server_impedance, *rules)
         most = user.master.rises if arrivals.plays_on else 1.0
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband), most))
-    values = tuple(values_of(user, record) for user in users)
     environment: Any
-    laws = [
-        end_law(record, each, user.master.tick_s) for each, user in zip(values, users, strict=True)
-    ]
     if record.avatar is not None or record.law is not None:
-        environment = AvatarEndParams(tuple(laws), object_of(server))
+        ends = (end_law(record, values_of(user, record), user.master.tick_s) for user in users)
+        environment = AvatarEndParams(tuple(ends), object_of(server))
     elif COUPLINGS.of(server.coupling).black_box:
         law, of_environment = None, environment_of(server.environment)
         if of_environment.made:

@@ -22,7 +22,7 @@ from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
 
-class Notes:
+class TickNotes:
     """Notes of a user's ticks."""
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class SimulatedUser:
         self.device = DevicePlant(user.device, hand, at.start, tick_s=at.tick_s)
         first, ran_ns = conditions.first.get(name, 0), conditions.ran_ns.get(name)
         self.ticks = Ticks(first, ran_ns, ticks, round(scenario.tick_s * 1e9))
-        self.notes, self._dof = Notes(), scenario.dof
+        self.notes, self._dof = TickNotes(), scenario.dof
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
         # As live: the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0
