@@ -94,12 +94,6 @@ def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
     return axes, problems
 
 
-def folder_of(number: int, one: Combination) -> str:
-    """Return the folder of a session below that of the comparison."""
-    plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]
-    return f"runs/{number:02d}-{plain}"
-
-
 def tuned(chosen: Sequence[Combination], show: Callable[[float], None]) -> list[Combination]:
     """Return the combinations with the baselines of each tuned for its scenario."""
     found: list[Combination] = []
@@ -124,7 +118,8 @@ def simulated(
     traces = simulate(every, keep=lambda kept, _: kept, progress=lambda part: show(0.5 * part))
     entries = []
     for number, (one, each) in enumerate(zip(chosen, traces, strict=True), start=1):
-        below = folder_of(number, one)
+        plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]
+        below = f"runs/{number:02d}-{plain}"
         record_traces(folder / below, each, one.scenario)
         write_summary(folder / below, summary(each, one.scenario))
         found = Compared(one.label, one.settings, each, one.scenario, below, one.tuning)

@@ -153,7 +153,8 @@ class ServerEnd(PortEnd):
             self.faults.note(BadAnswer("did not settle"))
         of_users = getattr(self.s.environment.body, "users", ())
         self.faults.note_users((each.there and each.jumped for each in of_users), JUMPED)
-        self._expect()
+        for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
+            inbox.silence_ns = guest.arrivals.silence.limit_ns
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
         return sent, self.row()
 
@@ -176,10 +177,6 @@ class ServerEnd(PortEnd):
             self.s, flags = self.s._replace(guests=tuple(guests)), flags | FLAG_CHALLENGE
         turned = tuple(self._turned.handles[user])
         return message(packet, self._epochs[user], flags, inbox.echo(now_ns), turned)
-
-    def _expect(self) -> None:
-        for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
-            inbox.silence_ns = guest.arrivals.silence.limit_ns
 
     @property
     def presence(self) -> list[Presence]:
