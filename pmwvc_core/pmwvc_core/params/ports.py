@@ -26,7 +26,8 @@ def matrix_of(text: str, dof: int | None = None) -> NDArray[np.float64]:
         symmetric = np.asarray(0.5 * (matrix + matrix.T))
         least, most = np.linalg.eigvalsh(symmetric)[[0, -1]]
         if (
-            np.allclose(matrix, matrix.T, rtol=0.0, atol=ASYMMETRY * np.abs(matrix).max())
+            np.isfinite(matrix).all()
+            and np.allclose(matrix, matrix.T, rtol=0.0, atol=ASYMMETRY * np.abs(matrix).max())
             and 0.0 < most <= LARGEST_CONDITION * least
             and len(matrix) == (dof or len(matrix))
         ):
