@@ -115,7 +115,7 @@ def simulated(
     from pmwvc_core.simulation.session import simulate
 
     every = [one.scenario for one in chosen]
-    traces = simulate(every, keep=lambda kept, _: kept, progress=lambda part: show(0.5 * part))
+    traces = simulate(every, progress=lambda part: show(0.5 * part))
     entries = []
     for number, (one, each) in enumerate(zip(chosen, traces, strict=True), start=1):
         plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]

@@ -8,7 +8,7 @@ Deterministic: the same scenario gives the same bits; compiled, for many session
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from pmwvc_core.simulation.virtual_time import SimulatedUser
 from pmwvc_core.traces import SessionTraces
 
 PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
-R = TypeVar("R")
 
 
 NEVER_NS = (1 << 63) - 1
@@ -170,27 +169,25 @@ def simulate_one(
 
 
 def simulate(
-    scenarios: Sequence[Scenario], *, keep: Callable[[SessionTraces, Scenario], R] | None = None,
-    progress: Callable[[float], None] | None = None, conditions: Conditions = FROM_SCENARIO,
-) -> list[R] | list[SessionTraces]:  # fmt: skip
-    """Simulate scenarios under the same conditions, many of a kind compiled; results come in
-    order. ``keep`` reduces the traces of each run, with its scenario; ``progress`` gets the ratio
-    done, 0..1.
+    scenarios: Sequence[Scenario], *,
+    keep: Callable[[SessionTraces, Scenario], Any] = lambda traces, _: traces,
+    progress: Callable[[float], None] = lambda ratio: None,
+) -> list[Any]:  # fmt: skip
+    """Simulate scenarios, many of a kind compiled; results come in order. ``keep`` reduces the
+    traces of each run, with its scenario; ``progress`` gets the ratio done, 0..1.
     """
     results: list[Any] = []
-    alone = len(scenarios) == 1 or conditions is not FROM_SCENARIO
-    loops = [None] * len(scenarios) if alone else loops_of(scenarios)
+    loops = loops_of(scenarios) if len(scenarios) > 1 else [None for _ in scenarios]
     for done, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
 
         def report(ratio: float, *, before: int = done) -> None:
-            if progress is not None:
-                progress((before + ratio) / len(scenarios))
+            progress((before + ratio) / len(scenarios))
 
         left = run(scenario, loop) if loop is not None else None
         if left is not None and left.whole:
             traces = traces_of(left)
         else:  # also where a wave did not go by the plan of the network
-            traces = simulate_one(scenario, conditions, progress=report)
+            traces = simulate_one(scenario, progress=report)
         report(1.0)
-        results.append(traces if keep is None else keep(traces, scenario))
+        results.append(keep(traces, scenario))
     return results

@@ -123,12 +123,12 @@ def transformation(master: Impedance, server: Impedance) -> float:
 
 def smallest(impedance: Impedance) -> float:
     """Return the smallest eigenvalue, of a number itself [N s/m]."""
-    return float(np.min(getattr(impedance, "values", impedance)))
+    return float(np.min(impedance.values if isinstance(impedance, MatrixImpedance) else impedance))
 
 
 def largest(impedance: Impedance) -> float:
     """Return the largest eigenvalue, of a number itself [N s/m]."""
-    return float(np.max(getattr(impedance, "values", impedance)))
+    return float(np.max(impedance.values if isinstance(impedance, MatrixImpedance) else impedance))
 
 
 def largest_wave(impedance: Impedance, *, waves: bool) -> float:
