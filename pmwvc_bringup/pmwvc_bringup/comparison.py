@@ -41,16 +41,11 @@ class Combination(NamedTuple):
 
 
 def combinations(
-    name: str,
-    over: Sequence[str],
-    *,
-    settings_texts: Sequence[str] = (),
-    users: int | None = None,
-    duration_s: float | None = None,
+    name: str, over: Sequence[str], *, settings_texts: Sequence[str] = (), **options: Any
 ) -> list[Combination]:
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest;
-    the others are settings of all, as with ``pmwvc simulate``. ScenarioError with every mistake of
-    the scenario, the values and their combinations, each once.
+    settings and ``options`` of :func:`.scenarios.load` are of all. ScenarioError with every
+    mistake of the scenario, the values and their combinations, each once.
     """
     axes, problems = _axes(over)
     if (count := math.prod(map(len, axes.values()))) > MOST:
@@ -62,7 +57,7 @@ def combinations(
         texts = [f"{path}={value}" for path, value in zip(axes, values, strict=True)]
         texts = [*settings_texts, *texts]
         try:
-            scenario = files.load(name, settings_texts=texts, users=users, duration_s=duration_s)
+            scenario = files.load(name, settings_texts=texts, **options)
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
