@@ -75,7 +75,7 @@ class SimulatedLink:
                 self.arrived.append((packet, fate.time_due_ns))
 
     def traces(
-        self, looks_ns: Sequence[int], other_controller: int = 0
+        self, looks_ns: Sequence[int]
     ) -> tuple[FateTraces, ReceptionTraces, TakenTraces, list[PacketTraces]]:
         """Return fates, counts, packets taken in at looks [ns], and packets on both sides."""
         fates, arrived, nameless = self.fates, self.arrived[: self.taken], ""
@@ -86,8 +86,7 @@ class SimulatedLink:
         numbers, times_ns = (number, epochs, number.copy()), (time_in_ns, due_ns, due_ns.copy())
         came = np.array([(each.seq, each.epoch, ns) for each, ns in arrived], dtype=np.int64)
         seq, epoch, at_ns = came.reshape(-1, 3).T.copy()
-        counted = counts(self.receiver, other_controller=other_controller)
-        passed = passage(self.receiver.path.estimate())
+        counted, passed = counts(self.receiver), passage(self.receiver.path.estimate())
         sent = [(packet, packet.sent_ns) for packet in self.sent]
         return (
             FateTraces(nameless, *numbers, size_bytes, *times_ns, kind, cause),

@@ -135,11 +135,9 @@ class SteppedSession:
         for user in self.users:
             name = user.settings.name
             traces.users.append(user.traces())
-            for way, link, looks, end in (
-                ("up", user.up, looks_ns, self.server),
-                ("down", user.down, user.notes.times_ns, user.loop),
-            ):
-                add_link(traces, name, way, *link.traces(looks, end.other_controller))
+            both = ("up", user.up, looks_ns), ("down", user.down, user.notes.times_ns)
+            for way, link, looks in both:
+                add_link(traces, name, way, *link.traces(looks))
                 if link.link.failed:  # plug-ins
                     traces.metadata.setdefault("links", {})[f"{name}/{way}"] = link.link.failed
         began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
