@@ -85,8 +85,6 @@ def plan_of(network: Network) -> Plan:
                 if present[user]:
                     down[user].send(tick, inbox)
             step += every
-        for end in down:
-            end.look_before(tick + 1)
     end_ns = network.ticks * tick_ns
     for end in down:
         end.look_before(network.ticks)
