@@ -14,7 +14,6 @@ import contextlib
 import importlib
 import os
 import pkgutil
-import re
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -45,25 +44,14 @@ HELP = partial(argparse.RawDescriptionHelpFormatter, max_help_position=28, width
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose refusals name the nearest right word."""
+    """An argument parser whose refusals are one message."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options, formatter_class=HELP, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""
-        from pmwvc_core.params.names import hint
-
-        more = ""
-        if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
-            more = hint(choice[1], re.findall(r"[\w-]+", choice[2]))
-        elif option := re.match(r"unrecognized arguments: ([^\s=]+)", message):
-            options = {each.name: {one.name for one in each.arguments} for each in library()}
-            owners = [name for name, known in options.items() if option[1] in known]
-            known = sorted({"--help", "--version"}.union(*options.values()))
-            more = hint(option[1], [name for name in known if name.startswith("--")])
-            more = f"; {option[1]} is an option of {', '.join(owners)} only" if owners else more
-        self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
+        self.exit(2, f"{self.prog}: {message} (see '{self.prog} --help')\n")
 
 
 def _version() -> str:

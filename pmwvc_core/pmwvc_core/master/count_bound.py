@@ -23,7 +23,6 @@ LARGEST_RATIO = 0.15
 LARGEST_IMPEDANCE = 60.0  # [N s/m]
 LEAST_FRAME_S = 0.004
 ROUNDING_S = 1e-9
-FIRM_N = 3.0  # packets lack energy where one count is a larger force
 
 
 class CountBound(NamedTuple):
@@ -51,7 +50,4 @@ def count_bound(master: MasterParams, device: DeviceParams) -> CountBound:
         text += "The device may swing about a count, and its port give out millijoules and more: "
         text += f"a bound is known up to master.impedance = {most:.3g} N s/m, for frames of at "
         text += f"least {1e3 * LEAST_FRAME_S:g} ms."
-    if b * q / h > FIRM_N:
-        text += f" One count is b q/h = {b * q / h:.2g} N (above {FIRM_N:g} N): a grip may lose "
-        text += "force."
     return CountBound(q, given_j, most, holds, text)

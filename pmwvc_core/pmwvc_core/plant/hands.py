@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Hands by name, at the beginning of their time (state and parameters of the laws), and the files
-of those that are recorded: CSV or other text, or NumPy ``.npy``.
+of those that are recorded: CSV or other text.
 
 How a column is named (several are separated by commas): by its name in the header line of a text,
 or by its number, counted from 0. Columns of text are separated by comma, semicolon, tab or blanks;
@@ -79,7 +79,7 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
     """Return columns ``(rows, 1 or dof)`` and times [s] of a file; else RecordingError."""
     file = Path(params.file).expanduser()
     if not params.file:
-        raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
+        raise RecordingError("operator.file is empty: name the CSV file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
     names, table = _table_of(file)
@@ -104,21 +104,6 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
 
 def _table_of(file: Path) -> tuple[list[str], Array]:
     """Return the names of the columns of a file, and its rows; NaN is what is no number."""
-    suffix = file.suffix.lower()
-    if suffix == ".npy":
-        try:
-            array = np.load(file, allow_pickle=False)
-        except (ValueError, EOFError) as error:
-            raise RecordingError(f"{file}: not a NumPy array of numbers ({error})") from error
-        if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
-            raise RecordingError(
-                f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
-                "(rows, columns)"
-            )
-        table = array.reshape(len(array), -1).astype(float)
-        return [str(number) for number in range(table.shape[1])], table
-    if suffix not in (".csv", ".txt", ".tsv", ".dat"):
-        raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
