@@ -181,5 +181,9 @@ def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
     assert written["name"] == "tuned" and written["description"].startswith("wall as tuned: ")
     run = ("simulate", "tuned.yaml", "--duration", "0.5", "--no-figures", "--out", "it")
     assert pmwvc(*run).returncode == 0
-    assert "is there already" in refused(pmwvc("tune", "wall", "--out", "tuned.yaml"))
-    assert "must end in .yaml" in refused(pmwvc("tune", "wall", "--out", "tuned.txt"))
+    assert "must be a new file .yaml or .yml" in refused(
+        pmwvc("tune", "wall", "--out", "tuned.yaml")
+    )
+    assert "must be a new file .yaml or .yml" in refused(
+        pmwvc("tune", "wall", "--out", "tuned.txt")
+    )
