@@ -7,10 +7,10 @@ How a column is named (several are separated by commas): by its name in the head
 or by its number, counted from 0. Columns of text are separated by comma, semicolon, tab or blanks;
 lines that begin with ``#`` are skipped. Without a name a single column of data is taken.
 
-From the times it was recorded at to the ticks it is played at: 1. Uneven sampling is made even
-(median interval) by monotone cubic interpolation. 2. A recording faster than the ticks is
-low-passed forwards and backwards (no lag): Butterworth, order 8, -6 dB at 0.4 of the tick rate. 3.
-Monotone cubic interpolation (PCHIP: no overshoot, continuous slope) at the ticks.
+From the times it was recorded at to the ticks it is played at: a recording faster than the ticks
+is low-passed at even times (median interval), forwards and backwards (no lag): Butterworth, order
+8, -6 dB at 0.4 of the tick rate. Then monotone cubic interpolation (PCHIP: no overshoot,
+continuous slope) at the ticks.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,6 @@ from pmwvc_core.plant import forces, remote_hand
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion, task_hand
 
-EVEN = 1e-3  # of an interval: time stamps this regular count as even
 EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way
 ORDER = 8
 Made = tuple[Any, Any]  # state and parameters
@@ -138,18 +137,15 @@ def resample(values: Array, times: Array, *, tick_s: float) -> Array:
     # Importing it takes over a second, which nodes without a recording need not wait for.
     from scipy import interpolate, signal
 
-    times = times - times[0]
+    times, last_s = times - times[0], times[-1] - times[0]
     interval = float(np.median(np.diff(times)))
-    even = interval * np.arange(round(times[-1] / interval) + 1)
-    if len(even) != len(times) or np.abs(even - times).max() > EVEN * interval:
+    if interval < tick_s * (1.0 - 1e-9):
+        even = interval * np.arange(round(times[-1] / interval) + 1)
         values, times = interpolate.PchipInterpolator(times, values)(even), even
-    if interval < tick_s * (1.0 - 1e-9) and len(values) > 1:
-        edge = 2.0 * EDGE * interval / tick_s  # as a ratio of half the recording's rate
-        if edge < 1.0:
-            sos = signal.butter(ORDER, edge, output="sos")
-            padding = min(len(values) - 1, round(10.0 * tick_s / interval * ORDER))
-            values = signal.sosfiltfilt(sos, values, axis=0, padlen=padding)
-    ticks = tick_s * np.arange(int(times[-1] / tick_s * (1.0 + 1e-12)) + 1)
+        sos = signal.butter(ORDER, 2.0 * EDGE * interval / tick_s, output="sos")
+        padding = min(len(values) - 1, round(10.0 * tick_s / interval * ORDER))
+        values = signal.sosfiltfilt(sos, values, axis=0, padlen=padding)
+    ticks = tick_s * np.arange(int(last_s / tick_s * (1.0 + 1e-12)) + 1)
     return np.asarray(interpolate.PchipInterpolator(times, values)(np.minimum(ticks, times[-1])))
 
 
