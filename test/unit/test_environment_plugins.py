@@ -74,7 +74,6 @@ def test_environment_of_another_package_is_made_and_its_force_rendered(lab):
 
 def test_the_library_goes_before_plug_ins_of_the_same_name(lab):
     assert isinstance(server_at("wall").s.body.environment, Wall)
-    environments.require("wall", dict)
 
 
 @pytest.mark.parametrize(

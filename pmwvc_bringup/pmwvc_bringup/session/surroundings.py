@@ -160,8 +160,10 @@ def _needs(scenario: Scenario) -> Iterator[tuple[str, Callable[[], object]]]:
         for link in (user.link_up, user.link_down):
             yield who, partial(effects.check, link)
     yield "", partial(server_params, scenario.users, scenario, scenario.server)
-    make = partial(made_outside, scenario.users, scenario)
-    yield "", partial(environments.require, scenario.server.environment, make)
+    if (name := scenario.server.environment) not in environments.LIBRARY:
+        yield "", partial(environments.PLUGINS.required, name)  # none is imported
+    elif scenario.environment.outside:
+        yield "", partial(made_outside, scenario.users, scenario)
 
 
 def require_ros() -> None:
