@@ -41,7 +41,7 @@ ROOMS = {
     ),
     "laws": Room(5_934, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_296,
+        3_280,
         2_500,
         inside(
             "pmwvc_core",
@@ -53,7 +53,7 @@ ROOMS = {
         2_292, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_791,
+        4_769,
         4_700,
         (
             *inside(
@@ -85,7 +85,7 @@ ROOMS = {
     "figures and reports": Room(
         2_071, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_931, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_912, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_245,
         1_250,
@@ -104,7 +104,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(1_991, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(2_868, 3_000, ("pmwvc_view",)),
+    "page": Room(2_867, 3_000, ("pmwvc_view",)),
 }
 
 
