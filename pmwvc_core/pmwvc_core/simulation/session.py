@@ -27,8 +27,6 @@ from pmwvc_core.simulation.virtual_time import SimulatedUser
 from pmwvc_core.traces import SessionTraces
 
 PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
-
-
 NEVER_NS = (1 << 63) - 1
 Due = tuple[int, int, float | None]  # of a step: tick, time [ns], length where given [s]
 NO_STEP: Due = (0, NEVER_NS, None)

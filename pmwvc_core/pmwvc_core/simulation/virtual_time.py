@@ -7,6 +7,7 @@ which come on their grid, or where the loop of a recorded session ran.
 from array import array
 from collections.abc import Sequence
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,8 @@ class TickNotes:
         self.ticks: list[int] = []  # that ran, and when [ns]
         self.times_ns: list[int] = []
         self.signals = array("d")  # tick by tick, in the order of ``SIGNALS``
-        # Frames that ended: before which tick, report, work at the device [J], those with changes.
-        self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
+        # Frames that ended: before which tick, report, ``ENERGIES`` [J], those with changes so far.
+        self.frames: list[tuple[int, FrameReport, list[Value], int]] = []
 
 
 class SimulatedUser:
@@ -93,8 +94,9 @@ class SimulatedUser:
             else:
                 self.notes.signals.frombytes(columns(values, self._dof).tobytes())
             if over:
-                work = self.device.s.against_j, self.device.s.by_hand_j
-                self.notes.frames.append((ends, self.loop.report(), work, self.loop.changes))
+                report, device = self.loop.report(), self.device.s
+                sums = [*report[2:6], device.against_j, device.by_hand_j]
+                self.notes.frames.append((ends, report, sums, self.loop.changes))
 
     def _advance(self, ticks: range, times_ns: Sequence[int]) -> list[Value]:
         device, loop = self.device, self.loop
@@ -124,13 +126,8 @@ class SimulatedUser:
         ran = np.array(notes.ticks, dtype=np.int64)
         late_ns = np.array(notes.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
         signals = np.array(notes.signals).reshape(-1, len(SIGNALS), self._dof)
-        ends, reports, works, changes = zip(*frames, strict=True) if frames else ((),) * 4
-        sums = [
-            each
-            for report, work in zip(reports, works, strict=True)
-            for each in (*report[2:6], *work)
-        ]
-        energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
+        ends, reports, sums, changes = zip(*frames, strict=True) if frames else ((),) * 4
+        energies = columns(chain.from_iterable(sums), 1).reshape(-1, len(ENERGIES)).T.copy()
         named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
         kept = [report.accounts for report in reports]
         own = dict.fromkeys(name for row in kept for name in row)
