@@ -30,7 +30,7 @@ class TickNotes:
         self.ticks: list[int] = []  # that ran, and when [ns]
         self.times_ns: list[int] = []
         self.signals = array("d")  # tick by tick, in the order of ``SIGNALS``
-        # Frames that ended: before which tick, report, ``ENERGIES`` [J], those with changes so far.
+        # Frames that ended: before which tick, report, ``ENERGIES`` [J], those with changes.
         self.frames: list[tuple[int, FrameReport, list[Value], int]] = []
 
 
