@@ -29,18 +29,10 @@ from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 
 class SimulatedLink:
-    """Everything between a sender and its receiver ``inbox``, with the record of what passed;
-    ``link`` are settings, with the random ``seed``, or the link itself, as recorded; 0 up, 1 down.
-    """
+    """Everything between a sender and its receiver, with the record of what passed."""
 
-    def __init__(
-        self, link: LinkParams | RecordedLink, *, seed: Sequence[int], inbox: Receiver, dof: int,
-        direction: int,
-    ) -> None:  # fmt: skip
-        self.link = (
-            link if isinstance(link, RecordedLink) else Link(link, seed=seed, direction=direction)
-        )
-        self.receiver = inbox
+    def __init__(self, link: Link | RecordedLink, receiver: Receiver, dof: int) -> None:
+        self.link, self.receiver = link, receiver
         self.sent: list[WavePacket] = []
         self.arrived: list[tuple[WavePacket, int]] = []  # packet, time [ns]
         self.taken = 0  # of them by the receiver
@@ -203,9 +195,9 @@ class Conditions:
         """Return a link of the user with a number (from 0): 0 up, 1 down, to a receiver."""
         user = scenario.users[index]
         recorded = self.links.get(f"{user.name}/{('up', 'down')[direction]}")
-        link = recorded() if recorded else (user.link_up, user.link_down)[direction]
-        seed = scenario.seed, index, direction
-        return SimulatedLink(link, seed=seed, inbox=inbox, dof=scenario.dof, direction=direction)
+        seed, params = (scenario.seed, index, direction), (user.link_up, user.link_down)[direction]
+        link = recorded() if recorded else Link(params, seed=seed, direction=direction)
+        return SimulatedLink(link, inbox, scenario.dof)
 
 
 FROM_SCENARIO = Conditions()
