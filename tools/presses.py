@@ -25,7 +25,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.plant.hand import RecordedHand, recorded_motion
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions, place_of
-from pmwvc_core.simulation.session import simulate
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import SessionTraces
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -80,7 +80,7 @@ def simulated(scenario: Scenario, motion: Array) -> SessionTraces:
     (user,) = scenario.users
     at, rows = place_of(user, scenario), motion[:, np.newaxis]
     hand = RecordedHand(0), recorded_motion(user.operator, rows, at.start, at.tick_s)
-    (traces,) = simulate([scenario], conditions=Conditions(hands={user.name: hand}))
+    traces = simulate_one(scenario, Conditions(hands={user.name: hand}))
     return traces
 
 

@@ -14,9 +14,9 @@ import contextlib
 import importlib
 import os
 import pkgutil
-import re
 import sys
 from collections.abc import Sequence
+from functools import partial
 from importlib import metadata
 from typing import Any, NoReturn
 
@@ -39,33 +39,19 @@ examples:
 """
 
 
-class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Examples stay as written."""
-
-    def __init__(self, prog: str) -> None:
-        super().__init__(prog, max_help_position=28, width=99)
+# Examples stay as written.
+HELP = partial(argparse.RawDescriptionHelpFormatter, max_help_position=28, width=99)
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose refusals name the nearest right word."""
+    """An argument parser whose refusals are one message."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(**options, formatter_class=_HelpFormatter, allow_abbrev=False)
+        super().__init__(**options, formatter_class=HELP, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""
-        from pmwvc_core.params.names import hint
-
-        more = ""
-        if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
-            more = hint(choice[1], re.findall(r"[\w-]+", choice[2]))
-        elif option := re.match(r"unrecognized arguments: ([^\s=]+)", message):
-            options = {each.name: {one.name for one in each.arguments} for each in library()}
-            owners = [name for name, known in options.items() if option[1] in known]
-            known = sorted({"--help", "--version"}.union(*options.values()))
-            more = hint(option[1], [name for name in known if name.startswith("--")])
-            more = f"; {option[1]} is an option of {', '.join(owners)} only" if owners else more
-        self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
+        self.exit(2, f"{self.prog}: {message} (see '{self.prog} --help')\n")
 
 
 def _version() -> str:
@@ -124,7 +110,3 @@ def main(words: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("pmwvc: interrupted", file=sys.stderr)
         return 130
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -36,16 +36,11 @@ class Combination(NamedTuple):
 
 
 def combinations(
-    name: str,
-    over: Sequence[str],
-    *,
-    settings_texts: Sequence[str] = (),
-    users: int | None = None,
-    duration_s: float | None = None,
+    name: str, over: Sequence[str], *, settings_texts: Sequence[str] = (), **options: Any
 ) -> list[Combination]:
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest;
-    the others are settings of all, as with ``pmwvc simulate``. ScenarioError with every mistake of
-    the scenario, the values and their combinations, each once.
+    settings and ``options`` of :func:`.scenarios.load` are of all. ScenarioError with every
+    mistake of the scenario, the values and their combinations, each once.
     """
     axes, problems = _axes(over)
     if (count := math.prod(map(len, axes.values()))) > MOST:
@@ -57,7 +52,7 @@ def combinations(
         texts = [f"{path}={value}" for path, value in zip(axes, values, strict=True)]
         texts = [*settings_texts, *texts]
         try:
-            scenario = files.load(name, settings_texts=texts, users=users, duration_s=duration_s)
+            scenario = files.load(name, settings_texts=texts, **options)
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
@@ -87,12 +82,6 @@ def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
     return axes, problems
 
 
-def folder_of(number: int, one: Combination) -> str:
-    """Return the folder of a session below that of the comparison."""
-    plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]
-    return f"runs/{number:02d}-{plain}"
-
-
 def simulated(
     chosen: Sequence[Combination], folder: Path, show: Callable[[float], None]
 ) -> list[Compared]:
@@ -103,10 +92,11 @@ def simulated(
     from pmwvc_core.simulation.session import simulate
 
     every = [one.scenario for one in chosen]
-    traces = simulate(every, keep=lambda kept, _: kept, progress=lambda part: show(0.5 * part))
+    traces = simulate(every, progress=lambda part: show(0.5 * part))
     entries = []
     for number, (one, each) in enumerate(zip(chosen, traces, strict=True), start=1):
-        below = folder_of(number, one)
+        plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]
+        below = f"runs/{number:02d}-{plain}"
         record_traces(folder / below, each, one.scenario)
         write_summary(folder / below, summary(each, one.scenario))
         found = Compared(one.label, one.settings, each, one.scenario, below)

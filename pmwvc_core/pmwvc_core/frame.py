@@ -42,15 +42,6 @@ class DeviceSample:
     orientation: tuple[float, ...] = ()
 
 
-class Frame(NamedTuple):
-    """Ticks of a frame that ran, all or a part."""
-
-    ticks: Sequence[int]  # of the session
-    times_ns: Sequence[int]  # when they ran
-    values: list[Value]  # signals tick by tick, in the order of ``SIGNALS``
-    ends: int | None  # tick that starts the next frame; None while more of this one is to run
-
-
 class FrameReport(NamedTuple):
     """Safety state and running sums of energy at the end of a frame [J]."""
 

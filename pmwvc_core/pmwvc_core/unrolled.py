@@ -42,8 +42,6 @@ def unrolled(law: Any, axes: int) -> Any:
         cells = [form.format(a="a", b="b", i=i) for i in range(axes)]
         text = joined.join(cells) if joined else f"({', '.join(cells)},)"
         return eval(f"lambda a{', b' * ('{b}' in form)}: {text}")  # texts of the laws only
-    if law is vectors.each:
-        return _each
     return relinked(law, lambda value: _stand_in(value, axes))
 
 
@@ -60,9 +58,3 @@ def _family(family: Family, axes: int) -> Callable[..., Any]:
         return laws[kind](first, *others)
 
     return call
-
-
-def _each(law: Callable[..., Any], rows: tuple[tuple[Any, ...], ...], *shared: Any) -> Any:
-    if len(rows[0]) == 1:
-        return (law(*[row[0] for row in rows], *shared),)
-    return vectors.each(law, rows, *shared)

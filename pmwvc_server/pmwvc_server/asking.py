@@ -7,6 +7,7 @@ without an answer, and does not ask again before the plug-in is back; a late ans
 scene is asked directly until it is slow. Not guarded against: one that holds the interpreter.
 """
 
+import operator
 import queue
 import threading
 import time
@@ -18,7 +19,6 @@ from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Unanswered
 from pmwvc_core.runtime.pacing import request_priority
-from pmwvc_core.server.black_box import Call, directly
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import LIBRARY, environment_of
 
@@ -28,11 +28,11 @@ _PRIORITY = 10  # below the loop, above other programs
 Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
 
-def caller(params: ServerParams) -> Call:
+def caller(params: ServerParams) -> Callable[[Callable[[], Any]], Any]:
     """Return how the environment of a server is asked."""
     black_box, asked = COUPLINGS.of(params.coupling).black_box, environment_of(params.environment)
     if not black_box or asked.made:
-        return directly
+        return operator.call
     worker = Worker(WAIT_RATIO * params.period_s)
     return worker.at_once if params.environment in LIBRARY else worker
 

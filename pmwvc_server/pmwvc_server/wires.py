@@ -77,14 +77,14 @@ def markers(loop: ServerLoop, users: Sequence[str], *, size_m: float, stamp: Any
     """Return the scene after the last step: an object with edges of ``size_m`` [m], its target,
     the avatars and their forces on it. Axes that there are not are drawn at zero.
     """
-    end = loop.protocol
+    row = loop.protocol.row()
     cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
-    cube.pose.position, cube.scale = _point(end.x_o), _size(size_m)
+    cube.pose.position, cube.scale = _point(row.x_o), _size(size_m)
     target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
-    target.pose.position, target.scale = _point(end.target_m), _size(1.02 * size_m)
+    target.pose.position, target.scale = _point(row.target), _size(1.02 * size_m)
     found = [cube, target]
     for user, name in enumerate(users):
-        presence, color = end.presence[user], COLORS[user % len(COLORS)]
+        presence, color = row.state[user], COLORS[user % len(COLORS)]
         opacity = 0.4 if presence is Presence.DAMPING else 1.0
         avatar = _marker(f"{name}/avatar", user, Marker.SPHERE, stamp, color, opacity)
         force = _marker(f"{name}/force", user, Marker.ARROW, stamp, color, opacity)
@@ -92,7 +92,7 @@ def markers(loop: ServerLoop, users: Sequence[str], *, size_m: float, stamp: Any
         if presence is Presence.ABSENT:
             avatar.action = force.action = Marker.DELETE
             continue
-        x, f = map(flatten, end.avatar(user))
+        x, f = flatten(row.x_s[user]), flatten(row.f_s[user])
         avatar.pose.position, avatar.scale = _point(x), _size(AVATAR_M)
         force.points = [_point(x), _point(x + f * ARROW_M_PER_N)]
         force.scale = Vector3(x=0.004, y=0.008, z=0.008)

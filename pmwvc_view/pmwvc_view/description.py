@@ -37,30 +37,26 @@ def describe(
     layout: Layout,
     scene: Mapping[str, Any],
     *,
-    mode: str,
-    duration_s: float | None,
     values: Mapping[str, Any],
     remote: Collection[str],
     can: Collection[str],
-    snapshot_s: float,
     holders: Mapping[str, str | None] | None = None,
+    **about: Any,
 ) -> dict[str, Any]:
-    """Return the session message: ``scene`` as its environment describes it; ``mode`` is live,
-    simulated or recorded; ``duration_s`` None where it goes on until it is ended [s]; ``values``
-    those of the controls; ``remote`` the users whose handle a page can take; ``can`` the kinds of
-    requests that are served; ``holders`` who holds each user's handle.
+    """Return the session message: ``scene`` as its environment describes it; ``values`` those of
+    the controls; ``remote`` the users whose handle a page can take; ``can`` the kinds of requests
+    that are served; ``holders`` who holds each user's handle. ``about``: ``mode`` is live,
+    simulated or recorded, ``duration_s`` None where it goes on until it is ended [s].
     """
     return {
         "kind": "session",
         "version": protocol.VERSION,
-        "mode": mode,
         "name": scenario.name,
         "description": scenario.description,
         "controller": scenario.controller,
         "waves": has_waves(scenario.controller),
         "dof": scenario.dof,
         "lever_m": scenario.server.lever_m,
-        "duration_s": duration_s,
         "object": {"size_m": scenario.server.object_size_m, "carried": scenario.task.moves},
         "scene": {name: scene[name] for name in ("shapes", "fixed", "origin") if name in scene},
         "users": [
@@ -78,7 +74,7 @@ def describe(
         "controls": controls.to_page(values),
         "states": {node: [each.name.lower() for each in kind] for node, kind in STATES.items()},
         "can": sorted(can),
-        "snapshot_s": snapshot_s,
+        **about,
         "heartbeat_s": protocol.HEARTBEAT_S,
         "layout": layout.to_page(),
     }

@@ -23,7 +23,6 @@ from pmwvc_view.feed.tape import NS
 from pmwvc_view.feed.verdict import Judge, verdict
 from pmwvc_view.protocol.snapshot import Layout, Snapshot
 
-TEXT_EVERY = 8  # snapshots between two verdicts
 RATE = 0.5  # s of delay per s, where it changes in a running session
 
 
@@ -56,7 +55,6 @@ class Session(ABC):
         self.ended: str | None = None  # why it is over; None while it goes on
         self.report = ""  # where its report will be, "" where there will be none
         self._live, self._predictor = live, Predictor(live=live)
-        self._valued: tuple[Scenario, str | None, dict[str, Any]] | None = None
         self._changing = asyncio.Lock()
 
     def message(self, holders: Mapping[str, str | None]) -> dict[str, Any]:
@@ -122,8 +120,6 @@ class Session(ABC):
         self._lags = description.lags(scenario, live=self._live)
         self._judge = Judge(self._feed.tape, scene)
         self._places: dict[str, Sequence[float] | None] = {}  # targets of hands; None: open [m]
-        self._text: dict[str, Any] = {}
-        self._polls = 0
 
     def _snapshots(
         self, now_ns: int, others: Mapping[str, Any] | None = None
@@ -156,17 +152,12 @@ class Session(ABC):
 
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return verdict, values of controls, and whether time passes."""
-        self._polls += 1
-        if self._polls % TEXT_EVERY == 1:
-            self._judge.judge(self._scenario)
-            of = self._feed, self._judge, self._scenario
-            self._text = verdict(*of, exact_hands=self._exact, notices=self._notes())
-        known, wanted, preset = self._valued, self.wanted, self.preset
-        if known is None or known[0] is not wanted or known[1] != preset:
-            self._valued = known = (wanted, preset, controls.values_of(wanted, preset))
+        self._judge.judge(self._scenario)
+        of = self._feed, self._judge, self._scenario
+        text = verdict(*of, exact_hands=self._exact, notices=self._notes())
         return {
-            "text": self._text,
-            "values": {"values": known[2]},
+            "text": text,
+            "values": {"values": controls.values_of(self.wanted, self.preset)},
             "play": {"paused": self.paused},
         }
 

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.black_box import description_of
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.simulation.traces import UserNotes, stepped_server
+from pmwvc_core.simulation.traces import stepped_server
+from pmwvc_core.simulation.virtual_time import TickNotes
 from pmwvc_view import SNAPSHOT_S, controls, description
 from pmwvc_view.controls import Control, Setting, Settings
 from pmwvc_view.feed.feed import Feed
@@ -36,13 +36,12 @@ class Simulation(SteppedSession):
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(replace(scenario, duration_s=LONGEST_S))
-        self._dof, self.tick, self._stepped = scenario.dof, 0, 0
+        self.tick = self._stepped = 0
         self.scene = description_of(self.server.s.environment.body)
-        self._by_name = {user.settings.name: user for user in self.users}
         self.targets: dict[str, list[Target]] = {}
-        for name, user in self._by_name.items():
+        for user in self.users:
             if user.settings.operator.is_remote:
-                self.targets[name] = []
+                self.targets[name := user.settings.name] = []
                 user.device.listen(partial(self._taken, name))
 
     def _taken(self, user: str) -> Sequence[Target]:
@@ -53,11 +52,10 @@ class Simulation(SteppedSession):
         """Step up to a tick; give what was noted to a feed."""
         self.tick = tick
         self.advance(tick * self.tick_ns)
-        of: dict[str, Any] = {"ticks": self.ticks, "tick_s": self.tick_s, "events": 0}
-        for (name, user), notes in zip(self._by_name.items(), self.user_notes, strict=True):
-            if notes.ticks:
-                feed.on_master(notes.traces(name, first=user.ticks.first, **of))
-        self.user_notes = [UserNotes(self._dof) for _ in self.users]
+        for user in self.users:
+            if user.notes.ticks:
+                feed.on_master(user.traces())
+            user.notes = TickNotes()
         if self.steps:
             began_s = self.tick_s * np.array([step.tick for step in self.steps], dtype=float)
             server = stepped_server(self._scenario, self.steps, began_s)

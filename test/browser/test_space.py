@@ -13,8 +13,6 @@ from PIL import Image
 from support.page_server import served
 from support.pages import HANDLE, Pointer, complaints_of
 
-from pmwvc_view.protocol.snapshot import Layout, Snapshot
-
 POSES = """() => Object.fromEntries([...document.getElementById("space").bodies].map(
   ([name, { position: p, quaternion: q }]) => [name, [...p, q[3], q[0], q[1], q[2]]]))"""
 NO_WEBGL = """
@@ -40,10 +38,6 @@ VOLUME = """(shape) => import("/solids.js").then(({ solid }) => {
     }
   }
   return { volume, outward };
-})"""
-READ = """([layout, bytes]) => import("/session.js").then(({ Session }) => {
-  const session = new Session({ layout, snapshot_s: 0.016 });
-  return [...session.numbers(Uint8Array.from(bytes).buffer)];
 })"""
 DRAWN = """() => {
   const canvas = document.getElementById("scene"), { width, height } = canvas;
@@ -71,15 +65,6 @@ def test_shape_has_its_volume_and_normals_that_point_out_of_it(anything, kind, s
     found = anything.evaluate(VOLUME, {"kind": kind, "size": size, **MESH})
     assert found["volume"] == pytest.approx(volume, rel=0.035) and found["outward"]
     assert found["volume"] <= volume * (1.0 + 1e-9)  # corners lie on what is round
-
-
-@pytest.mark.parametrize("bodies", [0, 1, 2])
-def test_page_reads_a_snapshot_as_it_was(anything, bodies):
-    layout = Layout(["user1"], 3, [f"body{number}" for number in range(bodies)])
-    row, packets = np.arange(layout.size) / 8.0, np.arange(10).reshape(2, 5) / 3.0
-    message = Snapshot(row, packets, layout.narrow).message
-    found = anything.evaluate(READ, [layout.to_page(), list(message)])
-    np.testing.assert_array_equal(found, [*row, *packets.ravel()])
 
 
 def test_bodies_stand_where_their_poses_are_and_others_do_not_move(visit):

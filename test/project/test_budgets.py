@@ -41,7 +41,7 @@ ROOMS = {
     ),
     "laws": Room(5_934, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_345,
+        3_280,
         2_500,
         inside(
             "pmwvc_core",
@@ -53,7 +53,7 @@ ROOMS = {
         2_287, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_894,
+        4_754,
         4_700,
         (
             *inside(
@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_408,
+        3_403,
         3_500,
         inside(
             "pmwvc_analysis",
@@ -73,19 +73,19 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_838,
+        3_840,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_068,
+        3_077,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
         1_766, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_950, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_889, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_245,
         1_250,
@@ -104,7 +104,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(1_991, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(2_949, 3_000, ("pmwvc_view",)),
+    "page": Room(2_867, 3_000, ("pmwvc_view",)),
 }
 
 

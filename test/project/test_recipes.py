@@ -188,8 +188,8 @@ def test_recipe_of_a_command(one_more_command):
     [
         (["ticks", "--help"], 0, "count the ticks of a session."),
         (["--help"], 0, "count the ticks of a session"),
-        (["ticks", "wall", "--time", "2"], 2, "did you mean --times?"),
-        (["run", "wall", "--times", "2"], 2, "--times is an option of ticks only"),
+        (["ticks", "wall", "--time", "2"], 2, "unrecognized arguments: --time"),
+        (["run", "wall", "--times", "2"], 2, "unrecognized arguments: --times"),
         (["ticks", "wall", "--set", "sed=3"], 2, "did you mean seed?"),
     ],
 )

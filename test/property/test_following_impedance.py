@@ -24,7 +24,7 @@ from pmwvc_core.law.channel.playout import (
 from pmwvc_core.law.wave.following import FREE, followed
 from pmwvc_core.plant.hand import RecordedHand, recorded_motion
 from pmwvc_core.simulation.conditions import Conditions, place_of
-from pmwvc_core.simulation.session import simulate
+from pmwvc_core.simulation.session import simulate_one
 
 H, E0 = 0.001, 2e-3
 ROUNDING = 1e-12
@@ -122,7 +122,7 @@ def test_a_press_moves_nothing_and_costs_the_hand_no_more_than_was_lent(network)
     press = 0.5 * 0.009 * (1.0 - np.cos(turns))  # 5 mm to the wall, 1.5 N there
     path = np.concatenate([np.tile(press, 4), np.zeros(4000)])[:, np.newaxis]
     hand = RecordedHand(0), recorded_motion(user.operator, path, at.start, at.tick_s)
-    (traces,) = simulate([scenario], conditions=Conditions(hands={user.name: hand}))
+    traces = simulate_one(scenario, Conditions(hands={user.name: hand}))
     (found,), server = traces.users, traces.server
     assert np.abs(server.f_s[0]).max() > 1.0
     work_j = np.cumsum(np.sum(found.f_applied[:-1] * np.diff(found.x_m, axis=0), axis=-1))

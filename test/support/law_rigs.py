@@ -4,6 +4,7 @@
 between a controller and a device, a user's port, and the users around an environment.
 """
 
+import operator
 from collections import deque
 from dataclasses import replace
 
@@ -41,7 +42,7 @@ from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams, ServerParams
 from pmwvc_core.plugins import Faults
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.server.black_box import Outside, directly
+from pmwvc_core.server.black_box import Outside
 from pmwvc_core.server.turned import Turned
 from support.session_given import session_given
 
@@ -202,7 +203,7 @@ class Users:
         axes=1,
         sides=None,
         environment=None,
-        call=directly,
+        call=operator.call,
         baseline=None,
         of_environments=None,
     ):

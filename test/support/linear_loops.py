@@ -97,8 +97,8 @@ def simulated(of, forces, *, live=False, on_step=None, before=lambda batch: None
         p = recorded_params(force, of.dof, repeat=False, early=False)
         user.device.hand, user.device._of_hand = RecordedForce(0), p
     if on_step:
-        noted = batch._on_step
-        batch._on_step = lambda *row: (noted(*row), on_step(batch.server))
+        noted = batch._note_step
+        batch._note_step = lambda *row: (noted(*row), on_step(batch.server))
     before(batch)
     batch.run(lambda share: None)
     return batch.traces()

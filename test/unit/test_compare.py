@@ -92,7 +92,7 @@ def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
         ("compare carry_0ms --over server.couplin=implicit", ["server.coupling?"]),
         ("compare carry_0ms --over controller=pmwvc,drect", ["drect"]),
         ("compare carry_0ms --over controller=pmwvc --over controller=direct", ["is given twice"]),
-        ("compare active_wall --over controller=pmwvc,tdpa", ["needs controller = pmwvc (tdpa"]),
+        ("compare active_wall --over controller=pmwvc,tdpa", ["needs controller = pmwvc with"]),
         ("replay nowhere", ["nowhere/scenario.yaml: there is no such file"]),
         ("replay .", ["scenario.yaml: there is no such file"]),
         (

@@ -124,7 +124,5 @@ def test_a_record_refuses_properties_that_contradict_one_another():
     direct = library.LIBRARY["direct"]
     with pytest.raises(ParameterError, match=r"coupling = None: .*belongs to waves"):
         dataclasses.replace(direct, coupling=None)
-    with pytest.raises(ParameterError, match=r"object_motion = 'flying': must be one of"):
-        dataclasses.replace(direct.coupling, object_motion="flying")
     with pytest.raises(ParameterError, match=r"avatar = None: .*needs both laws"):
         dataclasses.replace(direct, device=lambda s, tick, p: (s, None))

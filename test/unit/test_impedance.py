@@ -93,29 +93,23 @@ def test_control_another_root_or_sign_does_not_carry_the_power():
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    "text",
     [
-        ("30 2; 2", "'30 2; 2': must be numbers, rows of one length"),
-        ("30 2 0; 2 20 0", "must be 2 x 2"),
-        (";", "must be 2 x 2"),
-        ("30 2; 3 20", "must be symmetric"),
-        ("30 40; 40 20", "must be positive definite"),
-        ("-3", "must be positive definite"),
-        ("1 0; 0 2e6", "condition number of at most 1e\\+06"),
-        ("30 x; 2 20", "must be numbers"),
-        ("inf 0; 0 1", "must be of finite numbers"),
+        *("30 2; 2", "30 2 0; 2 20 0", ";", "30 2; 3 20", "30 40; 40 20", "-3", "1 0; 0 2e6"),
+        *("30 x; 2 20", "inf 0; 0 1", "nan"),
     ],
 )
-def test_what_is_no_impedance_is_refused_by_name_and_value(text, words):
+def test_what_is_no_impedance_is_refused_by_name_and_value(text):
+    words = f"'{text}': must be square, symmetric and positive definite"
     for kind in (MasterParams, ContactParams):
-        with pytest.raises(ParameterError, match=f"^impedance_matrix = .*{words}"):
+        with pytest.raises(ParameterError, match=f"^impedance_matrix = {words}"):
             kind(impedance_matrix=text)
 
 
 def test_a_scenario_has_a_matrix_of_its_axes_or_takes_it_back():
     base = {"name": "m", "duration_s": 1, "controller": "pmwvc", "channel": "plain", "users": 1}
     for name in ("master", "server"):
-        with pytest.raises(ParameterError, match=rf"{name}.impedance_matrix = .*3 x 3.*2 x 2"):
+        with pytest.raises(ParameterError, match=rf"{name}.impedance_matrix = .*2 20.*3 x 3"):
             parse_scenario(base, overrides={"dof": 3, f"{name}.impedance_matrix": "30 2; 2 20"})
     given = base | {"dof": 2, "master": {"impedance_matrix": "30 2; 2 20"}}
     assert isinstance(parse_scenario(given).users[0].impedance, MatrixImpedance)

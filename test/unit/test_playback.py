@@ -51,8 +51,8 @@ def test_text_with_any_separator_with_and_without_names(tmp_path, separator, hea
 
 
 def test_a_single_column_needs_no_name_and_scale_and_offset_make_si_units(tmp_path):
-    np.save(tmp_path / "one.npy", np.arange(10.0))
-    got = load(tmp_path / "one.npy", scale=0.5, offset=3.0)
+    np.savetxt(tmp_path / "one.txt", np.arange(10.0))
+    got = load(tmp_path / "one.txt", scale=0.5, offset=3.0)
     np.testing.assert_allclose(got, 3.0 + 0.5 * np.arange(10)[:, np.newaxis])
     (tmp_path / "one.csv").write_text("t,f\n" + "\n".join(f"{k / 1000},{k}" for k in range(10)))
     np.testing.assert_allclose(load(tmp_path / "one.csv", time_column="t")[:, 0], np.arange(10))
@@ -63,15 +63,16 @@ def test_a_faulty_table_is_refused_with_its_columns(table, tmp_path):
         table, columns="f"
     )
     assert "more than one column: choose from t, position, b" in refusal(table)
-    assert "row 3 (from 0) of column b holds 'x', not a number" in refusal(table, columns="b")
+    assert "1 rows hold a value that is not a finite number, the first is row 3" in refusal(
+        table, columns="b"
+    )
     assert "no such file (looked in " in refusal(tmp_path / "none.csv")
-    assert "unknown kind '.xls'; use .csv" in refusal(_write(tmp_path / "a.xls", "1\n2\n"))
     assert "empty" in refusal(_write(tmp_path / "a.csv", "\n# only\n"))
     assert "a recording needs at least 2" in refusal(_write(tmp_path / "b.csv", "x\n1\n"))
     (tmp_path / "c.csv").write_bytes(b"\xff\xfe\x00")
     assert "not text" in refusal(tmp_path / "c.csv")
     ragged = _write(tmp_path / "d.csv", "a,b\n1,2\n3\n")
-    assert "row 1 (from 0) of column b holds 'nothing'" in refusal(ragged, columns="b")
+    assert "Line #3 (got 1 columns instead of 2); repair the file" in refusal(ragged, columns="b")
     with pytest.raises(RecordingError, match=r"operator\.file is empty"):
         load("")
 
@@ -80,10 +81,6 @@ def test_a_faulty_table_is_refused_with_its_columns(table, tmp_path):
     assert "2 rows hold a value that is not a finite number, the first is row 1" in text
     file = _write(tmp_path / "f.csv", "t,f\n0,1\n1,2\n1,3\n")
     assert "t does not rise at row 2" in refusal(file, columns="f", time_column="t")
-    np.save(tmp_path / "a.npy", np.array(["x", "y"]))
-    assert "save numbers as (rows,) or (rows, columns)" in refusal(tmp_path / "a.npy")
-    np.save(tmp_path / "b.npy", np.array([{}], dtype=object), allow_pickle=True)
-    assert "not a NumPy array of numbers" in refusal(tmp_path / "b.npy")
 
 
 def test_the_recorded_hand_has_its_published_stroke_and_force(recorded_data):

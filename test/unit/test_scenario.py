@@ -10,7 +10,7 @@ from support.plain import load
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import assembled, flat_mapping, flattened, leaves, nested, replaced
-from pmwvc_core.scenario.names import resolved, value_of, varied
+from pmwvc_core.scenario.names import resolved, varied
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
@@ -152,5 +152,3 @@ def test_file_option_and_variation_set_the_same():
     by_name = varied(load("carry_16ms"), "user2.link.delay_s", 0.02)
     by_name = varied(by_name, "server.object_mass", 3.0)
     assert by_option == by_name
-    assert value_of(by_name, "user2.link.down.delay_s") == 0.02
-    assert value_of(by_name, "server.coupling") is None

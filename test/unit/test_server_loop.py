@@ -86,7 +86,7 @@ def test_steps_begin_with_the_first_user_and_only_who_is_there_is_answered():
     assert rig.end.steps == 7
     assert [len(sent) for sent in rig.sent] == [7, 3]
     assert [packet.seq for packet in rig.sent[0]] == list(range(1, 8))
-    assert [rig.end.avatar(user) for user in (0, 1)] == [(-0.5, 0.0), (0.5, 0.0)]
+    assert (rig.end.row().x_s, rig.end.row().f_s) == ((-0.5, 0.5), (0.0, 0.0))
     rig.bye(0)
     rig.step(1)
     changes = [(0, Presence.COUPLED), (1, Presence.COUPLED), (0, Presence.ABSENT)]
@@ -113,7 +113,7 @@ def test_the_next_master_of_a_user_who_has_left_is_challenged_and_joins_by_its_a
     assert challenge.flags & FLAG_CHALLENGE and challenge.wave == 0.0
     rig.step(0, 1)
     assert rig.presence == BOTH
-    assert rig.end.avatar(1)[1] == 0.0
+    assert rig.end.row().f_s[1] == 0.0
     assert not rig.sent[1][-1].flags & FLAG_CHALLENGE
 
 
@@ -137,13 +137,13 @@ def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
 
 def test_a_restarted_user_begins_anew_without_a_force():
     rig = Rig(environment="wall").step(0, 1, times=10).step(0, 1, times=5, wave=0.7)
-    assert rig.end.avatar(1)[1] != 0.0
+    assert rig.end.row().f_s[1] != 0.0
     rig.masters[1] = Packer(77, period=PERIOD_S)
     rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
-    assert rig.end.avatar(1)[1] != 0.0 and rig.sent[1][-1].echo_seq == 15
+    assert rig.end.row().f_s[1] != 0.0 and rig.sent[1][-1].echo_seq == 15
     rig.step(0, times=2).step(0, 1)
     assert rig.end.inboxes[1].epoch == 77
-    assert rig.end.avatar(1) == (0.5, 0.0)
+    assert (rig.end.row().x_s[1], rig.end.row().f_s[1]) == (0.5, 0.0)
     rig.step(0, 1, times=5, wave=0.7)
     rig.bye(1)
     rig.step(0)  # what its spring held was lost, twice
@@ -152,11 +152,11 @@ def test_a_restarted_user_begins_anew_without_a_force():
 
 def test_the_target_rests_until_all_are_there():
     rig = Rig().step(0, times=200)
-    assert rig.end.target_m == 0.0
+    assert rig.end.row().target == 0.0
     rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
     moving_s = round(0.5 / PERIOD_S) * PERIOD_S - SOFT_START_S
     (expected,) = offset(moving_s, task_of(TASK, 1))
-    assert rig.end.target_m == pytest.approx(expected, rel=1e-9)
+    assert rig.end.row().target == pytest.approx(expected, rel=1e-9)
     assert expected > 0.0
 
 

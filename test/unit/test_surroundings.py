@@ -156,7 +156,7 @@ def problems(*texts, users=1):
         ),
         (
             "controller=direct server.coupling=unknown server.environment=active_wall",
-            r"needs controller = pmwvc \(direct supports only cube and wall\)",
+            "needs controller = pmwvc with server.coupling = unknown; here there are cube, wall",
         ),
         (
             "master.velocity_filter.kind=exact master.velocity_filter.share=0.99",

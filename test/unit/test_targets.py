@@ -51,8 +51,8 @@ def test_time_before_coupling_does_not_count():
 
 
 def playing(tmp_path, kind, values, **params):
-    np.save(tmp_path / "recorded.npy", values)
-    options = {"file": str(tmp_path / "recorded.npy"), "columns": "0", "fade_s": 0.0}
+    np.savetxt(tmp_path / "recorded.csv", values)
+    options = {"file": str(tmp_path / "recorded.csv"), "columns": "0", "fade_s": 0.0}
     return operator(kind, **(options | params))
 
 

@@ -62,7 +62,7 @@ def noise_gain(params):
     (rms, white); while nothing comes back (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
     """
     own, turn = params.velocity_filter, np.arange(16384) / 16384
-    sections = design.sections_of(own, params.tick_s, "high")
+    sections = design.passing(params, "high")
     fed = own.share * design.sections_response(sections, 2.0 * np.pi * turn)
     gain = 1.0 - 2.0 * fed if own.in_force else (1.0 - fed) / (1.0 + fed)
     power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2

@@ -4,6 +4,8 @@
 asked for.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,8 +14,7 @@ from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.network.link import Link
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.session import simulate, simulate_one
-from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
+from pmwvc_core.simulation.session import NEVER_NS, SteppedSession, simulate, simulate_one
 from pmwvc_core.transport.packet import size_bytes
 
 MS = 1_000_000
@@ -28,13 +29,11 @@ def ran(*settings, ran_ns=None, first=0, **conditions):
     if ran_ns is not None:
         conditions |= {"ran_ns": {name: np.asarray(ran_ns)}}
     seen = []
-    time = VirtualTime(
-        scenario,
-        ticks=TICKS,
-        conditions=Conditions(first={name: first}, **conditions),
-        on_frame=lambda who, frame: None,
-        on_step=lambda tick, now_ns, row: seen.append((now_ns, "SERVE", 0, tick)),
+    time = SteppedSession(
+        replace(scenario, duration_s=TICKS * scenario.tick_s),
+        Conditions(first={name: first}, **conditions),
     )
+    time._note_step = lambda tick, now_ns, row: seen.append((now_ns, "SERVE", 0, tick))
     for who, user in enumerate(time.users):
         noted(user, who, seen)
     time.advance(NEVER_NS)

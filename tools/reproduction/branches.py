@@ -25,7 +25,7 @@ from scipy.optimize import minimize_scalar
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.filter_design import response, sections_response
-from pmwvc_core.wave.velocity_filter_design import sections_of
+from pmwvc_core.wave.velocity_filter_design import passing
 
 
 def margins(
@@ -80,8 +80,8 @@ def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Comple
     tick_s, own = params.tick_s, params.velocity_filter
     angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
     low = response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
-    high = sections_response(sections_of(own, tick_s, "high"), angle)
+    high = sections_response(passing(params, "high"), angle)
     if not own.splits:
         return low, high
-    pair = sections_response(sections_of(own, tick_s, "low"), angle)
+    pair = sections_response(passing(params, "low"), angle)
     return low * pair**2, high**2

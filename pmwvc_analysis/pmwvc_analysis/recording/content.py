@@ -49,7 +49,8 @@ class Content:
     messages: Counter[str] = field(default_factory=Counter)  # by topic, also of other programs
     events: list[dict[str, Any]] = field(default_factory=list)
     parameters: list[ParameterChange] = field(default_factory=list)  # of any node
-    hands: list[RawMessage] = field(default_factory=list)  # targets, and whether they count
+    # targets of hands, and whether they count, by topic
+    hands: dict[str, list[RawMessage]] = field(default_factory=lambda: defaultdict(list))
     scene: dict[str, Any] = field(default_factory=dict)  # the first description of one
 
     def of_type(self, type_name: str) -> Topics:
@@ -132,7 +133,7 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
             content.parameters.append(change)
         if is_of_hand(raw):
-            content.hands.append(raw)
+            content.hands[raw.topic].append(raw)
         if raw.topic == SCENE and not content.scene:
             with contextlib.suppress(Exception):  # no such text: rosbags raises many kinds
                 text = schemas.typestore().deserialize_cdr(raw.data, schemas.TEXT).data
@@ -156,14 +157,13 @@ def is_of_hand(message: RawMessage) -> bool:
     return message.type_name in ends and message.topic.endswith(ends[message.type_name])
 
 
-def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, HandTargets]:
+def hand_targets(
+    topics: Mapping[str, list[RawMessage]], zero_ns: int
+) -> Mapping[str, HandTargets]:
     """Return the targets of every user that has any, by name."""
     found: dict[str, list[tuple[float, tuple[float, ...], Orientation]]] = {}
     counts: dict[str, bool] = {}
-    by_topic: dict[str, list[RawMessage]] = defaultdict(list)
-    for message in messages:
-        by_topic[message.topic].append(message)
-    timed = (zip(arrived_ns(each).tolist(), each, strict=True) for each in by_topic.values())
+    timed = (zip(arrived_ns(each).tolist(), each, strict=True) for each in topics.values())
     for at_ns, message in sorted(itertools.chain.from_iterable(timed), key=itemgetter(0)):
         user = message.topic.strip("/").split("/")[-3]
         point: tuple[float, ...] | None = None

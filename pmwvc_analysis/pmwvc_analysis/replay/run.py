@@ -17,7 +17,7 @@ from pmwvc_analysis.traces import sums
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.session import simulate
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 FORCE_N = 0.1
@@ -103,17 +103,16 @@ def replay(
     replayed: Scenario,
     *,
     hand: Hand | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] = lambda ratio: None,
 ) -> Replay:
     """Replay a recorded session with another scenario; ``progress`` gets the ratio done, 0..1.
     RecordingError where that cannot be. The kinds of hands: :mod:`pmwvc_analysis.replay.recorded`.
     A scene is that of the recording, whatever became of its files.
     """
     prescribed = prescription(traces, recorded, replayed, hand=hand)
-    kept: dict[str, Any] = {"keep": lambda result, _: result, "progress": progress}
     same = replayed.server.scene == recorded.server.scene
     with as_described(prescribed.scenario, traces.server if same else None) as scenario:
-        (result,) = simulate([scenario], conditions=prescribed.conditions, **kept)
+        result = simulate_one(scenario, prescribed.conditions, progress=progress)
     result.source = "replayed"
     before = recorded.flat()
     changes = {n: value for n, value in replayed.flat().items() if before.get(n) != value}

@@ -60,14 +60,10 @@ def tune(arguments: argparse.Namespace) -> cli.Result:
     from pmwvc_bringup.scenarios import SUFFIXES, to_yaml
 
     path = arguments.out
-    if path is not None:  # refused before anything is computed
-        for wrong, why in (
-            (path.suffix not in SUFFIXES, f"must end in {' or '.join(SUFFIXES)}"),
-            (path.exists(), "is there already; give another name"),
-            (not path.parent.is_dir(), f"there is no folder {path.parent}"),
-        ):
-            if wrong:
-                raise PmwvcError(f"--out {path}: {why}")
+    new = path is None or (path.suffix in SUFFIXES and path.parent.is_dir() and not path.exists())
+    if not new:  # refused before anything is computed
+        must = f"must be a new file {' or '.join(SUFFIXES)} in a folder that is there"
+        raise PmwvcError(f"--out {path}: {must}")
     with doing("searching for the best impedance, filter and hold"):
         found = propose(scenario, live=arguments.live)
         lines = words.sentences(scenario, found)

@@ -146,31 +146,21 @@ def _reported(result: "Replay", source: Path, folder: Path, *, figures: bool) ->
 
 
 def lead(result: "Replay", same: bool | None) -> str:
-    """Return the result in one sentence or two."""
+    """Return the result in a sentence."""
     from pmwvc_analysis.replay.run import exact
 
     found = result.differences
     forces = [user["force_max_n"] for user in found]
-    amount = "not all forces can be compared"
-    if forces and None not in forces:
+    amount = "not all ticks can be compared"
+    if forces and None not in forces and not any(user["missing"] for user in found):
         amount = f"forces differ by up to {max(forces):.3g} N"
     if same is None:
         names = ", ".join(f"{name} = {value}" for name, value in result.changes.items())
         return f"Replayed with {names}: {amount}."
     if exact(found):
-        ticks = ", ".join(f"{user['ticks']} ticks of {user['name']}" for user in found)
-        return f"The unchanged replay is exact: force and position of all {ticks} are equal."
+        return "The unchanged replay is exact: force and position of all ticks are equal."
     word = "reproduces the recording, but is not exact" if same else MISSES
-    return f"The unchanged replay {word}: {amount}{_since(result)}."
-
-
-def _since(result: "Replay") -> str:
-    """Return from which tick on a replay is not the recording."""
-    apart = [user for user in result.differences if user["first_s"] is not None]
-    missing = [user for user in result.differences if user["missing"]]
-    if apart:
-        first = min(apart, key=lambda user: user["first_s"])
-        at = f"{first['first_s']:.3f} s; {', '.join(first['first_signals'])}"
-        return f", from tick {first['first_tick']} of {first['name']} on ({at})"
-    ticks = " and ".join(f"{user['missing']} ticks of {user['name']}" for user in missing)
-    return f"; {ticks} cannot be compared" if missing else ""
+    apart = [user for user in found if user["first_s"] is not None]
+    if first := min(apart, key=lambda user: user["first_s"], default=None):
+        amount += f", from tick {first['first_tick']} of {first['name']} on"
+    return f"The unchanged replay {word}: {amount}."

@@ -61,28 +61,23 @@ def map_(arguments: argparse.Namespace) -> cli.Result:
 
 def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
     """Return the axis of ``NAME=A:B:N``; else PmwvcError with the option."""
+    import numpy as np
+
     from pmwvc_analysis.maps.maps import MapAxis
-    from pmwvc_core.scenario.names import value_of, varied
+    from pmwvc_core.scenario.names import varied
 
     name, _, span = text.partition("=")
     try:
-        value_of(scenario, name)  # refuses what is none
         first, last, count = span.split(":")
-        values = _spread(float(first), float(last), int(count))
+        if int(count) < 1 or (int(count) > 1 and float(last) <= float(first)):
+            raise ValueError("empty range")
+        spread = np.linspace(float(first), float(last), int(count)).tolist()
+        values = tuple(float(f"{value:.12g}") for value in spread)  # 0.016 for a delay of 16 ms
         for edge in (values[0], values[-1]):
-            varied(scenario, name, edge)  # refuses what is out of range
+            varied(scenario, name, edge)  # refuses what is none, or out of range
     except PmwvcError as error:
         raise PmwvcError(f"{option}{error}") from None
     except ValueError:
         form = "must be NAME=FIRST:LAST:COUNT, e.g. server.contact_stiffness=0:3000:100"
         raise PmwvcError(f"{option}{text}: {form}") from None
     return MapAxis(name, values)
-
-
-def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
-    import numpy as np
-
-    if count < 1 or (count > 1 and last <= first):
-        raise ValueError("empty range")
-    # Rounded, so that 0.016 is written for the delay of 16 ms.
-    return tuple(float(f"{value:.12g}") for value in np.linspace(first, last, count))

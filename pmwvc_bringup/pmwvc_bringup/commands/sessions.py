@@ -71,12 +71,12 @@ def simulate_(arguments: argparse.Namespace) -> cli.Result:
     scenario, folder = prepared(arguments)
     from pmwvc_analysis.events.events import faults
     from pmwvc_analysis.recording.from_traces import record_traces
-    from pmwvc_core.simulation.session import simulate
+    from pmwvc_core.simulation.session import simulate_one
 
     console = terminal()
     announce(console, scenario, folder, live=False)
     with doing("simulating") as work:
-        (traces,) = simulate([scenario], progress=work)
+        traces = simulate_one(scenario, progress=work)
     for fault in faults(traces):
         console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
     with doing("writing the recording"):

@@ -52,19 +52,6 @@ class Monitor:
         # Of a user's ticks, and of its packets: newest times [ns] and numbers.
         self._counts: dict[str, deque[tuple[int, int]]] = {}
 
-    def missing(self, topics: Sequence[str]) -> list[str]:
-        """Return the publishers and subscribers that topics lack yet, as texts; this node does not
-        count.
-        """
-        polled = [*self._masters.values(), self._server, *self._receptions]
-        own, found = [each.subscription.topic_name for each in polled], []
-        for topic in topics:
-            if not self._node.count_publishers(topic):
-                found.append(f"{topic}: no publisher")
-            elif self._node.count_subscribers(topic) <= own.count(topic):
-                found.append(f"{topic}: no subscriber")
-        return found
-
     def other_publishers(
         self, topics: Sequence[str], again: Collection[str] = ()
     ) -> dict[str, str]:
@@ -87,7 +74,14 @@ class Monitor:
         """Return what is missing until nothing that is sent gets lost, as texts: ends that are not
         in the graph yet, then nodes that do not answer yet, then ends that these have not matched.
         """
-        if missing := self.missing(topics):
+        polled = [*self._masters.values(), self._server, *self._receptions]
+        own, missing = [each.subscription.topic_name for each in polled], []
+        for topic in topics:
+            if not self._node.count_publishers(topic):
+                missing.append(f"{topic}: no publisher")
+            elif self._node.count_subscribers(topic) <= own.count(topic):  # without this node
+                missing.append(f"{topic}: no subscriber")
+        if missing:
             return missing
         answers = self._call(nodes, "matched")
         return [f"{name}: no answer yet" for name in nodes if name not in answers] or [

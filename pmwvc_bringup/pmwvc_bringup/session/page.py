@@ -3,7 +3,6 @@
 """The page of a session: its address, and a server for it in this process."""
 
 import os
-import re
 import sys
 import webbrowser
 
@@ -29,12 +28,6 @@ def require_address(page: Page) -> None:
     """Raise a PmwvcError where no page can be served at an address."""
     if why := why_refused(page.host, page.port):
         raise PmwvcError(f"--host {page.host} --port {page.port}: {why}")
-
-
-def address_in(output: str) -> str | None:
-    """Return the address that a view node has printed as a line of its output, or None."""
-    found = re.search(r"^page (.*)$", output, re.MULTILINE)
-    return found[1] if found else None
 
 
 def show(address: str, console: Console, *, browser: bool) -> None:

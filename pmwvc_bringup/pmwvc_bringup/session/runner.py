@@ -9,6 +9,7 @@ first, and the last packets are still recorded.
 """
 
 import os
+import re
 import tempfile
 import time
 from collections.abc import Iterator
@@ -24,7 +25,7 @@ from pmwvc_bringup.output import doing
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.events import Disturber, Notes, start_node
-from pmwvc_bringup.session.page import address_in, show
+from pmwvc_bringup.session.page import show
 from pmwvc_bringup.session.processes import Children
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
@@ -187,9 +188,10 @@ class NodeSession:
 
     def _show_page(self) -> None:
         """Print the page's address, and open it, once its server has said it."""
-        if address := address_in(self.children.children["view"].log_tail(lines=1000)):
+        output = self.children.children["view"].log_tail(lines=1000)
+        if found := re.search(r"^page (.*)$", output, re.MULTILINE):
             self._shown = True
-            show(address, self.console, browser=self._browser)
+            show(found[1], self.console, browser=self._browser)
 
     def _stop_nodes(self) -> None:
         """End the nodes in an order in which the last packets are still recorded."""

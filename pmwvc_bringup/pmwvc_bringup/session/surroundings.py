@@ -17,7 +17,6 @@ from itertools import chain, count
 from pathlib import Path
 
 from pmwvc_bringup.scenarios import folders
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
 from pmwvc_core.scenario.conflicts import disturbances_of
@@ -141,18 +140,13 @@ def check(scenario: Scenario) -> None:
             needed()
         except PmwvcError as error:
             found.setdefault(str(error), f"{who}{error}")
-    if not has_waves(scenario.controller) and not scenario.environment.known:
-        known = [name for name, record in environments.LIBRARY.items() if record.known]
-        only = f"{scenario.controller} supports only {' and '.join(known)}"
-        name = scenario.server.environment
-        found[""] = f"server.environment = {name!r}: needs controller = pmwvc ({only})"
     if found:
         raise ScenarioError(scenario.name, [*found.values()])
 
 
 def _needs(scenario: Scenario) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield calls, each with the user whose it is, that fail where something cannot be had."""
-    from pmwvc_core.made.server import made_outside  # no help waits for the laws
+    from pmwvc_core.made.server import made_outside, server_params  # no help waits for the laws
     from pmwvc_core.simulation.bulk.run import made_end
 
     for user in scenario.users:
@@ -165,8 +159,11 @@ def _needs(scenario: Scenario) -> Iterator[tuple[str, Callable[[], object]]]:
         yield who, partial(made_end, scenario, user)
         for link in (user.link_up, user.link_down):
             yield who, partial(effects.check, link)
-    make = partial(made_outside, scenario.users, scenario)
-    yield "", partial(environments.require, scenario.server.environment, make)
+    yield "", partial(server_params, scenario.users, scenario, scenario.server)
+    if (name := scenario.server.environment) not in environments.LIBRARY:
+        yield "", partial(environments.PLUGINS.required, name)  # none is imported
+    elif scenario.environment.outside:
+        yield "", partial(made_outside, scenario.users, scenario)
 
 
 def require_ros() -> None:

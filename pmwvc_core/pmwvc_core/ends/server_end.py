@@ -10,6 +10,7 @@ server), and leaves with its last packet or after ``release_s`` of silence. Time
 import dataclasses
 import math
 from collections.abc import Iterable, Sequence
+from operator import call as at_once
 from typing import Any
 
 from pmwvc_core.controllers.library import accounts_of_server
@@ -25,7 +26,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
-from pmwvc_core.server.black_box import Call, Outside, directly, shown_by
+from pmwvc_core.server.black_box import Call, Outside, shown_by
 from pmwvc_core.server.turned import Turned
 from pmwvc_core.transport.packet import FLAG_CHALLENGE, WavePacket
 from pmwvc_core.unrolled import unrolled
@@ -62,7 +63,7 @@ class ServerEnd(PortEnd):
     """
 
     def __init__(
-        self, session: Any, *, epoch: int | None = None, call: Call = directly,
+        self, session: Any, *, epoch: int | None = None, call: Call = at_once,
         idle_until_joined: bool = False,
     ) -> None:  # fmt: skip
         self._session, self._users = session, list(session.users)
@@ -152,9 +153,10 @@ class ServerEnd(PortEnd):
             self.faults.note(BadAnswer("did not settle"))
         of_users = getattr(self.s.environment.body, "users", ())
         self.faults.note_users((each.there and each.jumped for each in of_users), JUMPED)
-        self._expect()
+        for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
+            inbox.silence_ns = guest.arrivals.silence.limit_ns
         sent = [self._answered(user, answer, now_ns) for user, answer in enumerate(answers)]
-        return sent, self._row()
+        return sent, self.row()
 
     def _answered(self, user: int, answer: tuple[Packet, bool], now_ns: int) -> WavePacket | None:
         """Return what goes back to a user; one that is to prove itself is asked to."""
@@ -176,30 +178,10 @@ class ServerEnd(PortEnd):
         turned = tuple(self._turned.handles[user])
         return message(packet, self._epochs[user], flags, inbox.echo(now_ns), turned)
 
-    def _expect(self) -> None:
-        for inbox, guest in zip(self.inboxes, self.s.guests, strict=True):
-            inbox.silence_ns = guest.arrivals.silence.limit_ns
-
     @property
     def presence(self) -> list[Presence]:
         """State of every user."""
         return [Presence(guest.presence) for guest in self.s.guests]
-
-    @property
-    def x_o(self) -> Value:
-        """Position of the object [m]."""
-        return value(self.s.environment.body.x)
-
-    @property
-    def target_m(self) -> Value:
-        """Where the object is to be brought [m]."""
-        time_s = self.s.task_s
-        return value(offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task))
-
-    def avatar(self, user: int) -> tuple[Value, Value]:
-        """Return where a user's avatar is [m], and its force on the object [N]."""
-        port = self.s.environment.ports[user]
-        return value(port.x_s), value(port.avatar.f)
 
     def offset(self, user: int) -> Value:
         """Return how far an avatar is from its device without a force [m]."""
@@ -210,16 +192,17 @@ class ServerEnd(PortEnd):
         p, s = self.p.environment, self.s.environment
         return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
 
-    def _row(self) -> ServerRow:
+    def row(self) -> ServerRow:
         """Return all of it, with the energies that the environment counts by name."""
-        p, e = self.p.environment, self.s.environment
+        p, e, time_s = self.p.environment, self.s.environment, self.s.task_s
         kinetic, potential, *energies = scene_energies(p, e)
         of_users = []
         for user, port in enumerate(e.ports):
             a, shown = port.avatar, port_shown(p, e, user)
             motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
             of_users.append((*motion, port.u_j, port.v_j, shown.touches))
-        of_object = value(e.body.x), value(e.body.xd), self.target_m
+        target = offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task)
+        of_object = value(e.body.x), value(e.body.xd), value(target)
         sums, columns = (kinetic, potential, e.dissipated_j), zip(*of_users, strict=True)
         accounts = dict(zip(self._accounts, energies, strict=False))
         about = tuple(self.presence), accounts, *shown_by(e.body), self.faults.steps

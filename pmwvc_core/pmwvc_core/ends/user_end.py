@@ -126,13 +126,10 @@ class UserEnd(PortEnd):
         """Return a sample as the laws have it."""
         if sample.fresh:
             self._measured_ns = now_ns if sample.measured_ns is None else sample.measured_ns
-        x, xd = sample.x, sample.xd
+        x, xd = vector(sample.x, self._dof), vector(sample.xd, self._dof)
         if sample.orientation and sample.valid:
-            self._at, self.orientation = vector(x, self._dof), sample.orientation
-        about = sample.valid, self._measured_ns, sample.outside
-        if self._dof == 1 and type(x) is float and type(xd) is float:
-            return Sample((x,), (xd,), *about)
-        return Sample(vector(x, self._dof), vector(xd, self._dof), *about)
+            self._at, self.orientation = x, sample.orientation
+        return Sample(x, xd, sample.valid, self._measured_ns, sample.outside)
 
     def _turn(self, x: Vector) -> None:
         """Go on to a position; a device that knows its orientation is there already."""

@@ -5,6 +5,7 @@
 import math
 from collections import deque
 from collections.abc import Sequence
+from operator import call as at_once
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, directly
+from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
@@ -97,13 +98,10 @@ def server_params(
         arrivals = arrivals_params(session, user.server_impedance, *rules)
         most = user.master.rises if arrivals.plays_on else 1.0
         guests.append(GuestParams(arrivals, packing_params(user.contact.deadband), most))
-    values = tuple(values_of(user, record) for user in users)
     environment: Any
-    laws = [
-        end_law(record, each, user.master.tick_s) for each, user in zip(values, users, strict=True)
-    ]
     if record.avatar is not None or record.law is not None:
-        environment = AvatarEndParams(tuple(laws), object_of(server))
+        ends = (end_law(record, values_of(user, record), user.master.tick_s) for user in users)
+        environment = AvatarEndParams(tuple(ends), object_of(server))
     elif COUPLINGS.of(server.coupling).black_box:
         law, of_environment = None, environment_of(server.environment)
         if of_environment.made:
@@ -195,7 +193,7 @@ def _resting_box(
 
 
 def resting_server(
-    users: Sequence["scenarios.User"], session: Any, p: ServerStepParams, call: Call = directly
+    users: Sequence["scenarios.User"], session: Any, p: ServerStepParams, call: Call = at_once
 ) -> Server:
     """Return the server with no user present. Environments of other packages have their parameters
     in ``session.own``, by their names, and ``call`` is how they are asked.

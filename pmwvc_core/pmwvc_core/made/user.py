@@ -5,6 +5,7 @@ a frame start: at any time, as waves carry the same power whatever the impedance
 sums of energy go on.
 """
 
+import math
 from typing import Any
 
 from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing, record_of
@@ -28,7 +29,7 @@ from pmwvc_core.params import DeadbandParams, MasterParams, SafetyParams
 from pmwvc_core.params.behind import strictest
 from pmwvc_core.scenario import scenario as scenarios
 from pmwvc_core.wave import impedance as impedances
-from pmwvc_core.wave.impedance import largest_wave, wave_of_speed
+from pmwvc_core.wave.impedance import largest_wave
 
 NEVER = 1 << 62  # ticks
 ROUNDING = 1e-9  # of times, relative
@@ -73,12 +74,13 @@ def arrivals_params(
     """Return the rules of a receiver of a port of this impedance [N s/m], whose brake lets go in
     so much time after an outage [s], and whose playout begins with so much energy [J].
     """
+    repaid = REPAID_M_S * math.sqrt(0.5 * impedances.smallest(b))  # moves a free avatar so fast
     return ArrivalsParams(
         timeout_s,
         float(largest_wave(b, waves=has_waves(session.controller))),
         is_zeroing(session.controller, session.channel),
         is_strict(session.controller, session.channel),
-        PlayoutParams(float(wave_of_speed(b, REPAID_M_S)), lets_go_s, store_j, TANK_J - store_j),
+        PlayoutParams(repaid, lets_go_s, store_j, TANK_J - store_j),
     )
 
 

@@ -23,7 +23,6 @@ LARGEST_RATIO = 0.15
 LARGEST_IMPEDANCE = 60.0  # [N s/m]
 LEAST_FRAME_S = 0.004
 ROUNDING_S = 1e-9
-FIRM_N = 3.0  # packets lack energy where one count is a larger force
 
 
 class CountBound(NamedTuple):
@@ -38,16 +37,12 @@ class CountBound(NamedTuple):
 
 def count_bound(master: MasterParams, device: DeviceParams) -> CountBound:
     """Return the bound for a device with an encoder."""
-    b, q, h = (
-        master.rises * float(largest(impedance_of(master))),
-        float(device.encoder_step_m),
-        master.tick_s,
-    )
-    mass, frame_s = float(device.mass), master.frame_s
-    given_j, most = GIVEN * b * q**2 / h, min(LARGEST_RATIO * mass / h, LARGEST_IMPEDANCE)
+    b = master.rises * float(largest(impedance_of(master)))
+    q, h, frame_s = float(device.encoder_step_m), master.tick_s, master.frame_s
+    given_j, most = GIVEN * b * q**2 / h, min(LARGEST_RATIO * device.mass / h, LARGEST_IMPEDANCE)
     holds = frame_s >= LEAST_FRAME_S - ROUNDING_S and b <= most
     text = f"velocities are differences of counts of {1e6 * q:.3g} um: b = {b:.3g} N s/m, "
-    text += f"b h/m = {b * h / mass:.2g} and frames of {1e3 * frame_s:.3g} ms. "
+    text += f"b h/m = {b * h / device.mass:.2g} and frames of {1e3 * frame_s:.3g} ms. "
     if holds:
         text += "With a hand on the device its port gives out at most 0.1 b q^2/h = "
         text += f"{1e3 * given_j:.2g} mJ more than it took in (measured, not proved)."
@@ -55,7 +50,4 @@ def count_bound(master: MasterParams, device: DeviceParams) -> CountBound:
         text += "The device may swing about a count, and its port give out millijoules and more: "
         text += f"a bound is known up to master.impedance = {most:.3g} N s/m, for frames of at "
         text += f"least {1e3 * LEAST_FRAME_S:g} ms."
-    if b * q / h > FIRM_N:
-        text += f" One count is b q/h = {b * q / h:.2g} N (above {FIRM_N:g} N): a grip may lose "
-        text += "force."
     return CountBound(q, given_j, most, holds, text)

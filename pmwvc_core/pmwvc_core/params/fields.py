@@ -79,30 +79,20 @@ class Spec:
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value, or None."""
-        if value is None:
-            return None if self.optional else f"null: must be {self.range_text()}"
-        demand = self._demand(value)
-        return f"{value!r}: must be {demand}" if demand else None
-
-    def _demand(self, value: Any) -> str:
-        """Return what a value that is none of the allowed ones must be; else empty."""
+        if value is None and self.optional:
+            return None
         if self.kind is str or self.kind is bool:
             right = isinstance(value, self.kind) and (
                 not self.choices or value in self.choices or value in self.plugins()
             )
-            return "" if right else self.range_text()
-        kind, allowed = _KINDS[self.kind], self.range_text()
-        number = isinstance(value, numbers.Real) and not isinstance(value, bool)
-        if number and (math.isnan(value) or abs(value) == math.inf):
-            return f"finite and {allowed}"
-        if not number or (self.kind is int and value != int(value)):
-            return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
-        for side, within in _BOUNDS.values():
-            limit = getattr(self, side)
-            if limit is not None and not within(value, limit):
-                ratio = self.kind is float and (self.low, self.high) == (0.0, 1.0)
-                return allowed + f"; {value:g} % is {value / 100:g}" * (ratio and 1 < value <= 100)
-        return ""
+        else:
+            number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+            right = number and math.isfinite(value) and self.kind(value) == value
+            limits = ((getattr(self, side), within) for side, within in _BOUNDS.values())
+            right = right and all(at is None or within(value, at) for at, within in limits)
+        given = "null" if value is None else repr(value)
+        whole = "a whole number, " * (self.kind is int and isinstance(value, float))
+        return None if right else f"{given}: must be {whole}{self.range_text()}"
 
 
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"

@@ -21,28 +21,24 @@ ASYMMETRY = 1e-9  # of the largest entry: digits lost in writing, made symmetric
 
 def matrix_of(text: str, dof: int | None = None) -> NDArray[np.float64]:
     """Return the matrix ``(dof, dof)`` of a text like ``30 2; 2 20``; else ParameterError."""
-    must = f"{text!r}: must be"
     try:
-        rows = [list(map(float, row.replace(",", " ").split())) for row in text.split(";")]
-        matrix = np.array(rows)
-    except ValueError:
-        raise ParameterError(f"{must} numbers, rows of one length separated by ';'") from None
-    size = dof or len(rows)
-    if matrix.shape != (size, size):
-        given = f"{len(rows)} x {len(rows[0])}"
-        raise ParameterError(f"{must} {size} x {size}, a row per axis (it is {given})")
-    if not np.isfinite(matrix).all():
-        raise ParameterError(f"{must} of finite numbers")
-    if np.abs(matrix - matrix.T).max() > ASYMMETRY * np.abs(matrix).max():
-        raise ParameterError(f"{must} symmetric")
-    symmetric = np.asarray(0.5 * (matrix + matrix.T))
-    least, most = np.linalg.eigvalsh(symmetric)[[0, -1]]
-    if least <= 0.0 or not most / least <= LARGEST_CONDITION:
-        raise ParameterError(
-            f"{must} positive definite, of a condition number of at most {LARGEST_CONDITION:g} "
-            f"(its eigenvalues are {least:.4g} to {most:.4g})"
-        )
-    return symmetric
+        matrix = np.array([row.replace(",", " ").split() for row in text.split(";")], dtype=float)
+        symmetric = np.asarray(0.5 * (matrix + matrix.T))
+        least, most = np.linalg.eigvalsh(symmetric)[[0, -1]]
+        if (
+            np.isfinite(matrix).all()
+            and np.allclose(matrix, matrix.T, rtol=0.0, atol=ASYMMETRY * np.abs(matrix).max())
+            and 0.0 < most <= LARGEST_CONDITION * least
+            and len(matrix) == (dof or len(matrix))
+        ):
+            return symmetric
+    except (ValueError, np.linalg.LinAlgError):  # no numbers, or not square
+        pass
+    raise ParameterError(
+        f"{text!r}: must be {f'{dof} x {dof}' if dof else 'square'}, symmetric and positive "
+        f"definite, of a condition number of at most {LARGEST_CONDITION:g}: numbers, a row per "
+        "axis, rows separated by ';'"
+    )
 
 
 def matrix_conflicts(text: str, dof: int | None = None) -> list[str]:

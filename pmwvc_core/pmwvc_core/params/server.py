@@ -14,9 +14,7 @@ from pmwvc_core.params.ports import DeadbandParams, matrix_conflicts
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
-DECODINGS = ("secant", "late")
 COMPENSATIONS = ("none", "printed", "corrected", "ledger")
-BLACK_BOX = ("unknown",)  # couplings to a black-box environment
 KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 
 
@@ -77,7 +75,7 @@ class ServerParams(Validated):
     object_size_m: float = fixed(0.06, "> 0 m", "edge of the cube; of a box, along axis 0")
     decoding: str = fixed(
         "secant",
-        DECODINGS,
+        ("secant", "late"),
         "coupling unknown, no reported slope: decode along a slope learned from forces (secant), "
         "or with the previous step's force (late, App. C)",
     )
@@ -105,7 +103,7 @@ class ServerParams(Validated):
 
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
-        if self.environment in KNOWN or self.coupling in BLACK_BOX:
+        if self.environment in KNOWN or self.coupling == "unknown":
             return []
         return [
             f"environment = {self.environment!r}: set server.coupling = unknown for it "

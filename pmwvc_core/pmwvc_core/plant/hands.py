@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Hands by name, at the beginning of their time (state and parameters of the laws), and the files
-of those that are recorded: CSV or other text, or NumPy ``.npy``.
+of those that are recorded: CSV or other text.
 
 How a column is named (several are separated by commas): by its name in the header line of a text,
 or by its number, counted from 0. Columns of text are separated by comma, semicolon, tab or blanks;
 lines that begin with ``#`` are skipped. Without a name a single column of data is taken.
 
-From the times it was recorded at to the ticks it is played at: 1. Uneven sampling is made even
-(median interval) by monotone cubic interpolation. 2. A recording faster than the ticks is
-low-passed forwards and backwards (no lag): Butterworth, order 8, -6 dB at 0.4 of the tick rate. 3.
-Monotone cubic interpolation (PCHIP: no overshoot, continuous slope) at the ticks.
+From the times it was recorded at to the ticks it is played at: a recording faster than the ticks
+is low-passed at even times (median interval), forwards and backwards (no lag): Butterworth, order
+8, -6 dB at 0.4 of the tick rate. Then monotone cubic interpolation (PCHIP: no overshoot,
+continuous slope) at the ticks.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,6 @@ from pmwvc_core.plant import forces, remote_hand
 from pmwvc_core.plant.forces import task_of
 from pmwvc_core.plant.hand import Place, RecordedHand, recorded_motion, task_hand
 
-EVEN = 1e-3  # of an interval: time stamps this regular count as even
 EDGE = 0.4  # of the tick rate: where the low-pass has -3 dB each way
 ORDER = 8
 Made = tuple[Any, Any]  # state and parameters
@@ -66,7 +65,7 @@ def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
     if broken.any():
         raise RecordingError(
             f"{file}: {int(broken.sum())} rows hold a value that is not a finite number, the "
-            f"first is row {int(broken.argmax())} (from 0); repair or cut the file"
+            f"first is row {int(broken.argmax())} (from 0); repair the file"
         )
     if (np.diff(times) <= 0.0).any():
         row = int((np.diff(times) <= 0.0).argmax()) + 1
@@ -79,10 +78,10 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
     """Return columns ``(rows, 1 or dof)`` and times [s] of a file; else RecordingError."""
     file = Path(params.file).expanduser()
     if not params.file:
-        raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
+        raise RecordingError("operator.file is empty: name the CSV file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
-    names, rows = _table_of(file)
+    names, table = _table_of(file)
     wanted = [name.strip() for name in params.columns.split(",") if name.strip()]
     if not wanted:
         wanted = [name for name in names if name != params.time_column]
@@ -91,34 +90,19 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
                 f"{file}: operator.columns is empty, and there is more than one column: "
                 f"choose from {', '.join(names)}"
             )
-    values = np.stack([_column(file, names, rows, name) for name in wanted], axis=-1)
+    values = table[:, [_place(file, names, name) for name in wanted]]
     if len(wanted) not in (1, dof):
         raise RecordingError(
             f"{params.file}: operator.columns = {params.columns!r} are {len(wanted)} columns for "
             f"{dof} axes; give one column (it acts along the first axis) or one per axis"
         )
     if params.time_column:
-        return values, _column(file, names, rows, params.time_column)
+        return values, table[:, _place(file, names, params.time_column)]
     return values, np.arange(len(values)) / params.rate_hz
 
 
-def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
-    """Return the names of the columns of a file, and its rows, of numbers or of texts."""
-    suffix = file.suffix.lower()
-    if suffix == ".npy":
-        try:
-            array = np.load(file, allow_pickle=False)
-        except (ValueError, EOFError) as error:
-            raise RecordingError(f"{file}: not a NumPy array of numbers ({error})") from error
-        if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
-            raise RecordingError(
-                f"{file}: {array.dtype} of shape {array.shape}; save numbers as (rows,) or "
-                "(rows, columns)"
-            )
-        array = array.reshape(len(array), -1)
-        return [str(number) for number in range(array.shape[1])], array
-    if suffix not in (".csv", ".txt", ".tsv", ".dat"):
-        raise RecordingError(f"{file}: unknown kind {suffix!r}; use .csv, .txt, .tsv, .dat, .npy")
+def _table_of(file: Path) -> tuple[list[str], Array]:
+    """Return the names of the columns of a file, and its rows; NaN is what is no number."""
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
@@ -127,39 +111,25 @@ def _table_of(file: Path) -> tuple[list[str], Sequence[Sequence[Any]]]:
     if not lines:
         raise RecordingError(f"{file}: empty")
     separator = next((mark for mark in (";", "\t", ",") if mark in lines[0]), None)
-    rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
-    if any(_is_number(cell) for cell in rows[0]):
-        return [str(number) for number in range(len(rows[0]))], rows
-    return [cell.strip('"') for cell in rows[0]], rows[1:]
-
-
-def _is_number(cell: str) -> bool:
     try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+        table = np.genfromtxt(lines, delimiter=separator, ndmin=2)
+    except ValueError as error:  # rows of different lengths
+        raise RecordingError(f"{file}: {error}; repair the file") from error
+    if np.isnan(table[0]).all():
+        return [cell.strip(' "') for cell in lines[0].split(separator)], table[1:]
+    return [str(number) for number in range(table.shape[1])], table
 
 
-def _column(file: Path, names: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> Array:
-    """Return one column ``(rows,)``, by its name or its number."""
-    if name not in names and not (name.isdecimal() and int(name) < len(names)):
-        raise RecordingError(
-            f"{file}: no column {name!r}; there are {', '.join(names)}, "
-            f"or by number 0 to {len(names) - 1}"
-        )
-    index = names.index(name) if name in names else int(name)
-    values = np.empty(len(rows))
-    for number, row in enumerate(rows):
-        try:
-            values[number] = row[index]
-        except (IndexError, ValueError) as error:
-            text = row[index] if index < len(row) else "nothing"
-            raise RecordingError(
-                f"{file}: row {number} (from 0) of column {name} holds {text!r}, not a "
-                "number; choose another column or repair the file"
-            ) from error
-    return values
+def _place(file: Path, names: Sequence[str], name: str) -> int:
+    """Return the number of a column, given by its name or its number."""
+    if name in names:
+        return names.index(name)
+    if name.isdecimal() and int(name) < len(names):
+        return int(name)
+    raise RecordingError(
+        f"{file}: no column {name!r}; there are {', '.join(names)}, "
+        f"or by number 0 to {len(names) - 1}"
+    )
 
 
 def resample(values: Array, times: Array, *, tick_s: float) -> Array:
@@ -167,28 +137,21 @@ def resample(values: Array, times: Array, *, tick_s: float) -> Array:
     # Importing it takes over a second, which nodes without a recording need not wait for.
     from scipy import interpolate, signal
 
-    times = times - times[0]
+    times, last_s = times - times[0], times[-1] - times[0]
     interval = float(np.median(np.diff(times)))
-    even = interval * np.arange(round(times[-1] / interval) + 1)
-    if len(even) != len(times) or np.abs(even - times).max() > EVEN * interval:
+    if interval < tick_s * (1.0 - 1e-9):
+        even = interval * np.arange(round(times[-1] / interval) + 1)
         values, times = interpolate.PchipInterpolator(times, values)(even), even
-    if interval < tick_s * (1.0 - 1e-9) and len(values) > 1:
-        edge = 2.0 * EDGE * interval / tick_s  # as a ratio of half the recording's rate
-        if edge < 1.0:
-            sos = signal.butter(ORDER, edge, output="sos")
-            padding = min(len(values) - 1, round(10.0 * tick_s / interval * ORDER))
-            values = signal.sosfiltfilt(sos, values, axis=0, padlen=padding)
-    ticks = tick_s * np.arange(int(times[-1] / tick_s * (1.0 + 1e-12)) + 1)
+        sos = signal.butter(ORDER, 2.0 * EDGE * interval / tick_s, output="sos")
+        padding = min(len(values) - 1, round(10.0 * tick_s / interval * ORDER))
+        values = signal.sosfiltfilt(sos, values, axis=0, padlen=padding)
+    ticks = tick_s * np.arange(int(last_s / tick_s * (1.0 + 1e-12)) + 1)
     return np.asarray(interpolate.PchipInterpolator(times, values)(np.minimum(ticks, times[-1])))
 
 
 def fade(values: Array, *, fade_s: float, tick_s: float) -> Array:
     """Return a signal led in from zero and out to zero by half cosines, at most its halves."""
-    count = min(round(fade_s / tick_s), (len(values) - 1) // 2)
-    if count < 1:
-        return values
-    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
-    weight = np.ones(len(values))
-    weight[:count] = rise
-    weight[-count:] = rise[::-1]
-    return values * weight[:, np.newaxis]
+    from scipy.signal.windows import tukey
+
+    share = 2.0 * fade_s / tick_s / (len(values) - 1)
+    return values * np.asarray(tukey(len(values), min(share, 1.0)))[:, np.newaxis]

@@ -18,7 +18,6 @@ import dataclasses
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import Any
 
 from pmwvc_core.errors import ParameterError, ScenarioError
@@ -28,7 +27,6 @@ from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User
 from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.wave.impedance import MatrixImpedance
 
-SYMBOL = 2  # letters of a symbol of the equations, at most
 USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
 
 
@@ -39,20 +37,15 @@ def split_user(name: str) -> tuple[int, str]:
 
 
 def _unknown(number: int, rest: str) -> str:
-    """Return why a name is refused: the nearest one, or one of that symbol."""
+    """Return why a name is refused, with the nearest one."""
     if number and rest in PARAMETERS:
         return f"{rest} is shared by all users; set it without user{number}"
     if rest == "side":
         return "each user has its own; set user1.side"
     of_user = [path for path, each in PARAMETERS.items() if each.of_user]
     known = of_user if number else sorted(PARAMETERS, key=lambda path: path not in of_user)
-    short = len(rest) <= SYMBOL
-    symbols = [p for p in known if short and rest in PARAMETERS[p].spec.description.split()]
-    if symbols:
-        near = f"; did you mean {min(symbols, key=lambda path: path.count('.'))}?"
-    else:
-        links = (f"link.{field}" for field in (*specs(LinkParams), "preset"))
-        near = hint(rest, [*known, *links, "master.preset"])
+    links = (f"link.{field}" for field in (*specs(LinkParams), "preset"))
+    near = hint(rest, [*known, *links, "master.preset"])
     if number:
         near = near.replace("; did you mean ", f"; did you mean user{number}.")
     return f"there is no such parameter{near}"
@@ -72,17 +65,6 @@ def resolved(name: str) -> tuple[int, list[str]]:
 def spec_of(name: str) -> Spec:
     """Return the declaration of a parameter; ScenarioError where there is no such parameter."""
     return PARAMETERS[resolved(name)[1][0]].spec
-
-
-def value_of(scenario: Scenario, name: str) -> float | None:
-    """Return a number, that of the first user, or None; ScenarioError for unknown names."""
-    number, (leaf, *_) = resolved(name)
-    index = max(number - 1, 0)
-    if index >= len(scenario.users):
-        raise ScenarioError(scenario.name, [f"{name}: there is no user{index + 1}"])
-    _, path, of_user = PARAMETERS[leaf]
-    value = attrgetter(path)(scenario.users[index] if of_user else scenario)
-    return None if "." not in path or value is None or isinstance(value, str) else float(value)
 
 
 def varied(scenario: Scenario, name: str, value: object) -> Scenario:

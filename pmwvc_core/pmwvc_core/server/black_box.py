@@ -4,7 +4,7 @@
 its calls, and one behind the port of :mod:`pmwvc_core.law.black_box`, contained: where it fails,
 every port is a matched damper for that step.
 
-Waiting is not decided here: a ``Call`` runs the exchange, directly in a simulation, in a thread of
+Waiting is not decided here: a ``Call`` runs the exchange, at once in a simulation, in a thread of
 its own in a live server, and raises ``Unanswered`` where it will not wait any longer. Equation of
 an answer to an impedance: docs/theory.md 5.15.
 """
@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -30,7 +30,6 @@ from pmwvc_core.server.contained import LARGEST_N, signal
 from pmwvc_core.server.turned import Turned
 
 ROUNDING = 1e-12
-R = TypeVar("R")
 Call: TypeAlias = Callable[[Callable[[], Any]], Any]
 
 
@@ -85,11 +84,6 @@ class BlackBox(Protocol):
         at the end of the step, of the same shape [m], [m/s]; not to be written to.
         """
         ...
-
-
-def directly(exchange: Callable[[], R]) -> R:
-    """Ask and wait as long as it takes."""
-    return exchange()
 
 
 class Outside(NamedTuple):

@@ -8,17 +8,14 @@ of the energy of late decoding (App. C section 5): the library, and entry points
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.black_box.compensations import AsPublished, Corrected, JointLedger
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.server.coupling import Implicit, OneFrameLate, OneStepDelay, Unwrapped, weights
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import Record, Records
-
-OBJECT_MOTIONS = ("held", "held_before", "midpoint")
 
 
 def forward(params: ServerParams) -> tuple[float, float]:
@@ -51,20 +48,12 @@ class Coupling(Record):
     black_box: bool = False  # the environment is known by its forces only
     # how the object moves: under the forces of the step ``held``, under those of the step before
     # (``held_before``), or by the ``midpoint`` rule
-    object_motion: str = "held_before"
+    object_motion: Literal["held", "held_before", "midpoint"] = "held_before"
     # whether the server returns no more energy than it received, whatever is touched
     passive: Callable[[ServerParams], bool] = lambda params: False
     # wave impedance [N s/m] from which on a contact with a wall is passive; None where no such
     # bound is known or needed
     least_impedance: Callable[[ServerParams, ContactParams], float] | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse a motion that no account knows."""
-        if self.object_motion not in OBJECT_MOTIONS:
-            raise ParameterError(
-                f"object_motion = {self.object_motion!r}: must be one of "
-                f"{', '.join(OBJECT_MOTIONS)}"
-            )
 
 
 def least_impedance(params: ServerParams, contact: ContactParams) -> float:

@@ -116,13 +116,3 @@ def environment_of(name: str) -> Environment:
         name=name, outside=partial(PLUGINS.make, name), linear="wall", own_energy=lambda p: why
     )
     return LIBRARY.get(name, unknown)
-
-
-def require(name: str, make: Callable[[], object]) -> None:
-    """Refuse an environment that is neither in the library nor installed (none is imported), or
-    whose scene cannot be made, by a ParameterError with those there are, or what is wrong.
-    """
-    if name not in LIBRARY:
-        PLUGINS.required(name)
-    elif LIBRARY[name].outside:
-        make()

@@ -29,18 +29,10 @@ from pmwvc_core.transport.receiver import Receiver, counts, passage
 
 
 class SimulatedLink:
-    """Everything between a sender and its receiver ``inbox``, with the record of what passed;
-    ``link`` are settings, with the random ``seed``, or the link itself, as recorded; 0 up, 1 down.
-    """
+    """Everything between a sender and its receiver, with the record of what passed."""
 
-    def __init__(
-        self, link: LinkParams | RecordedLink, *, seed: Sequence[int], inbox: Receiver, dof: int,
-        direction: int,
-    ) -> None:  # fmt: skip
-        self.link = (
-            link if isinstance(link, RecordedLink) else Link(link, seed=seed, direction=direction)
-        )
-        self.receiver = inbox
+    def __init__(self, link: Link | RecordedLink, receiver: Receiver, dof: int) -> None:
+        self.link, self.receiver = link, receiver
         self.sent: list[WavePacket] = []
         self.arrived: list[tuple[WavePacket, int]] = []  # packet, time [ns]
         self.taken = 0  # of them by the receiver
@@ -75,7 +67,7 @@ class SimulatedLink:
                 self.arrived.append((packet, fate.time_due_ns))
 
     def traces(
-        self, looks_ns: Sequence[int], other_controller: int = 0
+        self, looks_ns: Sequence[int]
     ) -> tuple[FateTraces, ReceptionTraces, TakenTraces, list[PacketTraces]]:
         """Return fates, counts, packets taken in at looks [ns], and packets on both sides."""
         fates, arrived, nameless = self.fates, self.arrived[: self.taken], ""
@@ -86,8 +78,7 @@ class SimulatedLink:
         numbers, times_ns = (number, epochs, number.copy()), (time_in_ns, due_ns, due_ns.copy())
         came = np.array([(each.seq, each.epoch, ns) for each, ns in arrived], dtype=np.int64)
         seq, epoch, at_ns = came.reshape(-1, 3).T.copy()
-        counted = counts(self.receiver, other_controller=other_controller)
-        passed = passage(self.receiver.path.estimate())
+        counted, passed = counts(self.receiver), passage(self.receiver.path.estimate())
         sent = [(packet, packet.sent_ns) for packet in self.sent]
         return (
             FateTraces(nameless, *numbers, size_bytes, *times_ns, kind, cause),
@@ -138,7 +129,7 @@ class Ticks:
     """The ticks of a user's loop, counted by the session, of which there are so many."""
 
     def __init__(self, first: int, ran_ns: Integers | None, ticks: int, tick_ns: int) -> None:
-        self.first = first  # tick of the session at which the loop counts 0
+        self.count, self.first = ticks, first  # first: where the loop counts 0
         self.next = first  # that runs or passes
         # Time of every tick of the session up to the last that runs.
         self.at_ns: Sequence[int] = range(0, ticks * tick_ns, tick_ns)
@@ -204,9 +195,9 @@ class Conditions:
         """Return a link of the user with a number (from 0): 0 up, 1 down, to a receiver."""
         user = scenario.users[index]
         recorded = self.links.get(f"{user.name}/{('up', 'down')[direction]}")
-        link = recorded() if recorded else (user.link_up, user.link_down)[direction]
-        seed = scenario.seed, index, direction
-        return SimulatedLink(link, seed=seed, inbox=inbox, dof=scenario.dof, direction=direction)
+        seed, params = (scenario.seed, index, direction), (user.link_up, user.link_down)[direction]
+        link = recorded() if recorded else Link(params, seed=seed, direction=direction)
+        return SimulatedLink(link, inbox, scenario.dof)
 
 
 FROM_SCENARIO = Conditions()

@@ -5,8 +5,7 @@ one that ran in bulk (:mod:`.bulk.loop`).
 """
 
 import itertools
-from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -15,20 +14,20 @@ import numpy as np
 
 from pmwvc_core import traces as of
 from pmwvc_core.controllers.library import accounts_of_server, accounts_of_user
-from pmwvc_core.frame import SIGNALS, Frame, FrameReport
+from pmwvc_core.frame import SIGNALS, ServerRow
 from pmwvc_core.master.safety import state_of, text_of
-from pmwvc_core.numeric import Array, Integers, Value
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.bulk.loop import OF_PACKET
 from pmwvc_core.simulation.bulk.plan import Plan
 from pmwvc_core.simulation.bulk.run import Run, empty_steps
-from pmwvc_core.simulation.conditions import add_link, columns
+from pmwvc_core.simulation.conditions import add_link
 from pmwvc_core.traces import ENERGIES, ServerTraces, SessionTraces, UserTraces, contact_rows
 
 
 class Step(NamedTuple):
     """A step of the server: tick, when it ran [ns], length [s], how many steps have taken changes
-    over, and the server after it (:func:`.bulk.run.empty_steps`).
+    over, and the server after it, as :func:`.bulk.run.empty_steps` and as its end tells it.
     """
 
     tick: int
@@ -36,71 +35,22 @@ class Step(NamedTuple):
     period_s: float
     changes: int
     arrays: tuple[Array, Array, Integers]
-    poses: Mapping[str, Sequence[float]]
-    contacts: Sequence[float]
-    contained: int
-
-
-class UserNotes:
-    """Notes of one user."""
-
-    def __init__(self, dof: int) -> None:
-        self.ticks: list[int] = []  # that ran, and when [ns]
-        self.times_ns: list[int] = []
-        # That ended: before which tick, report, work at the device [J], frames with changes.
-        self.frames: list[tuple[int, FrameReport, tuple[Value, Value], int]] = []
-        self._dof, self._signals = dof, array("d")
-
-    def write(self, frame: Frame) -> None:
-        """Note the signals of consecutive ticks."""
-        if self._dof == 1:
-            self._signals.extend(frame.values)  # type: ignore[arg-type]
-        else:
-            self._signals.frombytes(columns(frame.values, self._dof).tobytes())
-        self.ticks += frame.ticks
-        self.times_ns += frame.times_ns
-
-    def traces(
-        self, name: str, *, ticks: int, first: int, tick_s: float, events: int
-    ) -> UserTraces:
-        """Return the traces of the ticks that ran, numbered from the first."""
-        ran = np.array(self.ticks, dtype=np.int64)
-        late_ns = np.array(self.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
-        signals = np.array(self._signals).reshape(-1, len(SIGNALS), self._dof)
-        reports = [report for _, report, _, _ in self.frames]
-        sums = [each for _, report, work, _ in self.frames for each in (*report[2:6], *work)]
-        energies = columns(sums, 1).reshape(-1, len(ENERGIES)).T.copy()
-        ends, changes = [each[0] for each in self.frames], [each[3] for each in self.frames]
-        named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
-        kept = [report.accounts for report in reports]
-        own = dict.fromkeys(name for row in kept for name in row)
-        block_time_s = np.minimum(np.array(ends, dtype=np.float64), ticks) * tick_s
-        return UserTraces(
-            name=name, tick_s=tick_s, time_s=ran.astype(np.float64) * tick_s, tick=ran - first,
-            lateness_s=late_ns.astype(np.float64) * 1e-9, compute_s=np.zeros(len(ran)),
-            block_time_s=block_time_s, energy=dict(zip(ENERGIES, energies, strict=True)),
-            state=np.array([report.state for report in reports], dtype=np.int64),
-            reason=[report.reason for report in reports],
-            accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
-            changes=np.array(changes, dtype=np.int64), looked_ns=late_ns, safety_events=events,
-            orientation=np.array([report.orientation for report in reports]),
-            missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
-        )  # fmt: skip
+    row: ServerRow
 
 
 def stepped_server(scenario: Scenario, steps: Sequence[Step], time_s: Array) -> ServerTraces:
     """Return the traces of the server's steps, given when they began [s]."""
     rows = zip(empty_steps(scenario, 0), *(step.arrays for step in steps), strict=True)
     arrays = (np.concatenate(each, axis) for each, axis in zip(rows, (1, 0, 0), strict=True))
-    tick_ns, bodies = round(scenario.tick_s * 1e9), steps[0].poses if steps else ()
+    tick_ns, bodies = round(scenario.tick_s * 1e9), steps[0].row.poses if steps else ()
     late_ns = [step.ran_ns - step.tick * tick_ns for step in steps]
     return server_traces(
         scenario, *arrays, time_s=time_s, looked_ns=np.array(late_ns, dtype=np.int64),
         periods_s=np.array([step.period_s for step in steps], dtype=float),
         changes=np.array([step.changes for step in steps], dtype=np.int64),
-        poses={name: np.array([step.poses[name] for step in steps]) for name in bodies},
-        contacts=contact_rows([step.contacts for step in steps]),
-        contained=np.array([step.contained for step in steps], dtype=np.int64),
+        poses={name: np.array([step.row.poses[name] for step in steps]) for name in bodies},
+        contacts=contact_rows([step.row.contacts for step in steps]),
+        contained=np.array([step.row.contained for step in steps], dtype=np.int64),
     )  # fmt: skip
 
 

@@ -1,26 +1,37 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both ends of the frame protocol in virtual time.
-
-Users (device, hand, force loop, and the links both ways) meet at the server only: each runs by
-itself up to the server's next step. There all masters send that start a frame at that instant, the
-server steps, then come the ticks: on their grids, or where the loops of a recorded session ran.
+"""A user in virtual time: device, hand, force loop, the links both ways, and notes of its ticks,
+which come on their grid, or where the loop of a recorded session ran.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from array import array
+from collections.abc import Sequence
 from functools import partial
+from itertools import chain
 from typing import Any
 
-from pmwvc_core.ends.server_end import ServerEnd
+import numpy as np
+
 from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant, UserEnd
-from pmwvc_core.frame import Frame, ServerRow
+from pmwvc_core.frame import SIGNALS, FrameReport
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import ServerParams
 from pmwvc_core.plant.hands import make_hand
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions, Ticks, place_of
+from pmwvc_core.simulation.conditions import Conditions, Ticks, columns, place_of
+from pmwvc_core.traces import ENERGIES, UserTraces
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
+
+
+class TickNotes:
+    """Notes of a user's ticks."""
+
+    def __init__(self) -> None:
+        self.ticks: list[int] = []  # that ran, and when [ns]
+        self.times_ns: list[int] = []
+        self.signals = array("d")  # tick by tick, in the order of ``SIGNALS``
+        # Frames that ended: before which tick, report, ``ENERGIES`` [J], those with changes.
+        self.frames: list[tuple[int, FrameReport, list[Value], int]] = []
 
 
 class SimulatedUser:
@@ -38,6 +49,7 @@ class SimulatedUser:
         self.device = DevicePlant(user.device, hand, at.start, tick_s=at.tick_s)
         first, ran_ns = conditions.first.get(name, 0), conditions.ran_ns.get(name)
         self.ticks = Ticks(first, ran_ns, ticks, round(scenario.tick_s * 1e9))
+        self.notes, self._dof = TickNotes(), scenario.dof
         self._catch_up = max(1, round(CATCH_UP_S / scenario.tick_s))
         # As live: the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0
@@ -68,13 +80,23 @@ class SimulatedUser:
             self.up.send(packet, now_ns)
         return True
 
-    def run(self, before_ns: int) -> Iterator[Frame]:
-        """Run the ticks that are due before an instant [ns], frame by frame."""
+    def run(self, before_ns: int) -> None:
+        """Run the ticks that are due before an instant [ns]; note energies where a frame ends."""
         while self.send(before_ns - 1):
             ends = self.ticks.first + self.loop.s.next_frame
             ticks, over = self.ticks.take(before_ns, ends)
             times_ns = self.ticks.at_ns[ticks.start : ticks.stop]
-            yield Frame(ticks, times_ns, self._advance(ticks, times_ns), ends if over else None)
+            self.notes.ticks += ticks
+            self.notes.times_ns += times_ns
+            values = self._advance(ticks, times_ns)
+            if self._dof == 1:
+                self.notes.signals.extend(values)  # type: ignore[arg-type]
+            else:
+                self.notes.signals.frombytes(columns(values, self._dof).tobytes())
+            if over:
+                report, device = self.loop.report(), self.device.s
+                sums = [*report[2:6], device.against_j, device.by_hand_j]
+                self.notes.frames.append((ends, report, sums, self.loop.changes))
 
     def _advance(self, ticks: range, times_ns: Sequence[int]) -> list[Value]:
         device, loop = self.device, self.loop
@@ -98,80 +120,28 @@ class SimulatedUser:
         self._f, self._acts = f, acts or loop.s.coupled
         return values
 
-
-ENDLESS = 1 << 40  # ticks
-NEVER_NS = (1 << 63) - 1
-Step = tuple[int, int, float | None]  # of the server: tick, time [ns], length where given [s]
-NO_STEP: Step = (0, NEVER_NS, None)
-
-
-class VirtualTime:
-    """The ends of a scenario, stepped as far as wanted: ``on_frame`` gets the number of a user and
-    ticks that it ran, ``on_step`` tick, time [ns] and row of a step of the server.
-    """
-
-    def __init__(
-        self, scenario: Scenario, *, on_frame: Callable[[int, Frame], None],
-        on_step: Callable[[int, int, ServerRow], None], ticks: int = ENDLESS,
-        conditions: Conditions = FROM_SCENARIO,
-    ) -> None:  # fmt: skip
-        self._present, self.tick_ns = scenario, round(scenario.tick_s * 1e9)
-        self.server: Any = ServerEnd(scenario)
-        self.users = [
-            SimulatedUser(scenario, i, ticks=ticks, inbox=inbox, conditions=conditions)
-            for i, inbox in enumerate(self.server.inboxes)
-        ]
-        self._on_frame, self._on_step = on_frame, on_step
-        self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
-        recorded = conditions.steps
-        self._steps: Iterator[Any] = self._on_grid(ticks)
-        if recorded:
-            self._steps = zip(*(column.tolist() for column in recorded), strict=True)
-        self._recorded, self._due = recorded is not None, -1  # tick of the next step
-        self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
-
-    def advance(self, before_ns: int) -> None:
-        """Step everything that is due before an instant [ns]."""
-        while True:
-            now_ns = min(self._at_ns, before_ns)
-            for index, user in enumerate(self.users):
-                for frame in user.run(now_ns):
-                    self._on_frame(index, frame)
-            if self._at_ns >= before_ns:
-                return
-            for user in self.users:
-                user.send(now_ns)
-            packets = [user.up.collect(now_ns) for user in self.users]
-            missed = self._tick - self._due if 0 <= self._due < self._tick else 0
-            answers, row = self.server.tick(now_ns, packets, missed * self.tick_ns * 1e-9)
-            for user, answer in zip(self.users, answers, strict=True):
-                if answer is not None:
-                    user.down.send(answer, now_ns)
-            if row is not None:
-                self._on_step(self._tick, now_ns, row)
-            if self._recorded:
-                self._due = self._tick + round(self.server.p.period_s * 1e9 / self.tick_ns)
-            self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
-
-    def _on_grid(self, ticks: int) -> Iterator[Step]:
-        tick = -1
-        while (tick := self._next_step(tick, period_s=self.server.params.period_s)) < ticks:
-            yield tick, tick * self.tick_ns, None
-
-    def change(self, new: Scenario) -> None:
-        """Hand over what another scenario has."""
-        old = self._present
-        if new.server != old.server:
-            self.server.hand_over(partial(self._configure, new.server))
-        for index, (one, other) in enumerate(zip(old.users, new.users, strict=True)):
-            self.users[index].change(one, other)
-            if other.contact != one.contact:
-                port = index, other.contact, other.server_impedance
-                self.server.hand_over(partial(self.server.configure_user, *port))
-        self._present = new
-
-    def _configure(self, params: ServerParams) -> None:
-        """Have the server take parameters over; this step lasts to where the next one begins."""
-        ticks = self._next_step(self._tick, period_s=params.period_s) - self._tick
-        lasts_s = ticks * self._present.tick_s if self._lasts_s is None else self._lasts_s
-        self.server.configure(params, first_s=lasts_s)
+    def traces(self) -> UserTraces:
+        """Return the traces of the ticks noted, numbered from the first of the loop."""
+        notes, tick_s, frames = self.notes, self.settings.master.tick_s, self.notes.frames
+        ran = np.array(notes.ticks, dtype=np.int64)
+        late_ns = np.array(notes.times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
+        signals = np.array(notes.signals).reshape(-1, len(SIGNALS), self._dof)
+        ends, reports, sums, changes = zip(*frames, strict=True) if frames else ((),) * 4
+        energies = columns(chain.from_iterable(sums), 1).reshape(-1, len(ENERGIES)).T.copy()
+        named: dict[str, Any] = {name: signals[:, k].copy() for k, name in enumerate(SIGNALS)}
+        kept = [report.accounts for report in reports]
+        own = dict.fromkeys(name for row in kept for name in row)
+        return UserTraces(
+            name=self.settings.name, tick_s=tick_s, time_s=ran.astype(np.float64) * tick_s,
+            tick=ran - self.ticks.first, lateness_s=late_ns.astype(np.float64) * 1e-9,
+            compute_s=np.zeros(len(ran)),
+            block_time_s=np.minimum(np.array(ends, dtype=np.float64), self.ticks.count) * tick_s,
+            energy=dict(zip(ENERGIES, energies, strict=True)),
+            state=np.array([report.state for report in reports], dtype=np.int64),
+            reason=[report.reason for report in reports],
+            accounts={name: np.array([float(row.get(name, 0.0)) for row in kept]) for name in own},
+            changes=np.array(changes, dtype=np.int64), looked_ns=late_ns,
+            safety_events=self.loop.s.limits.events,
+            orientation=np.array([report.orientation for report in reports]),
+            missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0, **named,
+        )  # fmt: skip

@@ -121,20 +121,14 @@ def transformation(master: Impedance, server: Impedance) -> float:
     return float((server * row) @ row)
 
 
-def eigenvalues(impedance: Impedance) -> list[float]:
-    """Return the eigenvalues, smallest first [N s/m]; of a number itself."""
-    values = impedance.values if isinstance(impedance, MatrixImpedance) else impedance
-    return [float(value) for value in np.atleast_1d(values)]
-
-
 def smallest(impedance: Impedance) -> float:
-    """Return the smallest eigenvalue [N s/m]."""
-    return eigenvalues(impedance)[0]
+    """Return the smallest eigenvalue, of a number itself [N s/m]."""
+    return float(np.min(impedance.values if isinstance(impedance, MatrixImpedance) else impedance))
 
 
 def largest(impedance: Impedance) -> float:
-    """Return the largest eigenvalue [N s/m]."""
-    return eigenvalues(impedance)[-1]
+    """Return the largest eigenvalue, of a number itself [N s/m]."""
+    return float(np.max(impedance.values if isinstance(impedance, MatrixImpedance) else impedance))
 
 
 def largest_wave(impedance: Impedance, *, waves: bool) -> float:
@@ -147,11 +141,6 @@ def largest_wave(impedance: Impedance, *, waves: bool) -> float:
         return DIRECT
     least, most = smallest(impedance), largest(impedance)
     return FORCE_N / math.sqrt(2.0 * least) + VELOCITY_M_S * math.sqrt(0.5 * most)
-
-
-def wave_of_speed(impedance: Impedance, velocity: float) -> float:
-    """Return a wave that moves an avatar against nothing no faster than that [m/s], [sqrt(W)]."""
-    return velocity * math.sqrt(0.5 * smallest(impedance))
 
 
 class WavePort(NamedTuple):

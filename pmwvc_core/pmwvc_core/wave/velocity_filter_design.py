@@ -24,12 +24,13 @@ Equations: docs/theory.md 7.8, 7.9.
 import dataclasses
 import functools
 import math
+from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Complex
-from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
+from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.wave.aliasing import TOLERANCE, peak
 from pmwvc_core.wave.filter_design import (
     bilinear_sections,
@@ -51,51 +52,51 @@ def passing(params: MasterParams, side: str) -> Array:
     """Return the sections ``(sections, 6)`` of H_HP (``high``; of ``complementary`` one of the two
     H_2) or H_1 (``low``); ParameterError where no such filter exists.
     """
-    return sections_of(chosen(params).velocity_filter, params.tick_s, side)
-
-
-def chosen(params: MasterParams) -> MasterParams:
-    """Return parameters with ``alpha`` or ``cutoff_hz`` given; ParameterError where no such filter
-    exists.
-    """
-    whole = _completed(params.velocity_filter, params.filter, params.tick_s, params.rate_drop)
-    return dataclasses.replace(params, velocity_filter=whole)
+    own, tick_s = chosen(params).velocity_filter, params.tick_s
+    if own.alpha is not None:
+        return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
+    assert own.cutoff_hz is not None  # chosen
+    return bilinear_sections(own.order, warped_rad_s(own.cutoff_hz, tick_s), tick_s, side)
 
 
 @functools.lru_cache(maxsize=1024)
-def _completed(
-    own: VelocityFilterParams, low: FilterParams, tick_s: float, rate_drop: int
-) -> VelocityFilterParams:
-    """Return parameters with a cut-off; kept, as a node asks before and when it changes over."""
-    if own.cutoff_hz is not None:
-        if own.cutoff_hz * tick_s > HIGHEST:
-            raise ParameterError(
-                f"velocity_filter.cutoff_hz = {own.cutoff_hz}: must be <= "
-                f"{HIGHEST / tick_s:g} Hz at this tick"
-            )
-        return own
-    if own.alpha is not None:
-        return own
+def chosen(params: MasterParams) -> MasterParams:
+    """Return parameters with ``alpha`` or ``cutoff_hz`` given; ParameterError where no such filter
+    exists. Kept, as a node asks before and when it changes over.
+    """
+    own, low, tick_s = params.velocity_filter, params.filter, params.tick_s
+    found: dict[str, Any]
+    if own.cutoff_hz is not None and own.cutoff_hz * tick_s > HIGHEST:
+        raise ParameterError(
+            f"velocity_filter.cutoff_hz = {own.cutoff_hz}: must be <= "
+            f"{HIGHEST / tick_s:g} Hz at this tick"
+        )
+    if own.cutoff_hz is not None or own.alpha is not None:
+        return params
     if own.splits:
-        cutoff_hz = min(0.5 / rate_drop, HIGHEST_DESIGNED) / tick_s
-        return dataclasses.replace(own, cutoff_hz=cutoff_hz)
-    if not low.is_on:
+        found = {"cutoff_hz": min(0.5 / params.rate_drop, HIGHEST_DESIGNED) / tick_s}
+    elif not low.is_on:
         raise ParameterError(
             "filter.kind = none: an anti-aliasing filter is what a velocity filter is designed "
             "for; take one, or give velocity_filter.cutoff_hz"
         )
-    angle = np.pi * np.arange(POINTS_IN_PHASE) / POINTS_IN_PHASE
-    if own.order > 1:
+    elif own.order > 1:
         rising = (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)
         angle = np.pi * np.concatenate([np.geomspace(1e-6, 1.0, POINTS // 2), rising])
-    values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
-    if own.order > 1:
-        cutoff_hz = _lowest_cutoff(own, np.abs(values), angle, tick_s)
-        return dataclasses.replace(own, cutoff_hz=cutoff_hz)
-    edge = half_power_hz(low, tick_s=tick_s)
-    below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
-    alpha = flattest_alpha(values, angle, share=own.share, below=below)
-    return dataclasses.replace(own, alpha=alpha)
+        found = {"cutoff_hz": _lowest_cutoff(own, np.abs(_low(params, angle)), angle, tick_s)}
+    else:
+        angle = np.pi * np.arange(POINTS_IN_PHASE) / POINTS_IN_PHASE
+        edge = half_power_hz(low, tick_s=tick_s)
+        below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
+        values = _low(params, angle)
+        found = {"alpha": flattest_alpha(values, angle, share=own.share, below=below)}
+    return dataclasses.replace(params, velocity_filter=dataclasses.replace(own, **found))
+
+
+def _low(params: MasterParams, angle: Array) -> Complex:
+    """Return H_LP at angles ``(points,)`` [rad per tick]."""
+    tick_s, frequency_hz = params.tick_s, angle / (2.0 * np.pi * params.tick_s)
+    return response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
 
 
 def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: float) -> float:
@@ -134,16 +135,6 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
     return many * CUTOFF_RATIO
 
 
-@functools.lru_cache(maxsize=1024)
-def sections_of(own: VelocityFilterParams, tick_s: float, side: str) -> Array:
-    """Return the sections of the filter of completed parameters; ``side`` is what passes."""
-    if own.alpha is not None:
-        return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
-    assert own.cutoff_hz is not None  # completed
-    cutoff = warped_rad_s(own.cutoff_hz, tick_s)
-    return bilinear_sections(own.order, cutoff, tick_s, side)
-
-
 def slow_lags(params: MasterParams) -> tuple[float, float]:
     """Return what the filter adds to the lag of slow motion once around, pressing on a wall and
     with nothing touched [s].
@@ -154,11 +145,11 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
     """
     if not params.velocity_filter.is_on:
         return 0.0, 0.0
-    own, tick_s = chosen(params).velocity_filter, params.tick_s
+    own, tick_s = params.velocity_filter, params.tick_s
     angle = np.array([SLOW])
-    fed = sections_response(sections_of(own, tick_s, "high"), angle)[0]
+    fed = sections_response(passing(params, "high"), angle)[0]
     if own.splits:
-        passed = sections_response(sections_of(own, tick_s, "low"), angle)[0] ** 2
+        passed = sections_response(passing(params, "low"), angle)[0] ** 2
         longer = -float(passed.imag) / SLOW * tick_s
         return longer, longer
     answered = float(own.share) * float(fed.imag) / SLOW * tick_s

@@ -195,7 +195,7 @@ class Feed:
         for user in shown.users:
             self.users[user.name].follow(row, user)
         every, self._packets = np.concatenate([NO_PACKETS, *self._packets]), []
-        return Snapshot(row, every, self._layout.narrow)
+        return Snapshot(row, every)
 
     def _begin(self, at_s: float) -> None:
         if self._due_ns is None or at_s > self._due_ns / NS + LONGEST_GAP_S:

@@ -9,7 +9,7 @@ import math
 import threading
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
@@ -33,14 +33,35 @@ from pmwvc_view.controls import renamed
 
 PATIENCE_S = 5.0
 ANSWER_S = 0.005
+LOOK_S = 0.1
+EMULATOR_S = 5.0  # behind all other nodes: until a session counts as one without
+TRACE = "/server/trace"
+LONGEST_S = 86400.0  # a session that is joined goes on until it ends
 
 
-class Parameters:
-    """The parameters of other nodes, until asked to stop; another thread serves the node."""
+@dataclass(frozen=True)
+class AboutSession(Validated):
+    """What nobody can see of a session in the graph: parameters of the view node."""
 
-    def __init__(self, node: Node, stop: threading.Event) -> None:
-        self._node, self._stop = node, stop
+    name: str = parameter("session", "-", "name of the session")
+    description: str = parameter("", "-", "what the session shows")
+    report: str = parameter("", "-", "file of its report, once it is over")
+    emulated: bool = parameter(False, "-", "an emulator belongs to the session")
+    duration_s: float = parameter(0.0, f"0..{LONGEST_S:g} s", "its length, 0: not known")
+
+
+class Graph:
+    """The nodes of a session and their parameters by node and name, kept up to date, read and set
+    until asked to stop, while another thread serves the node; ``prefix`` is its namespace, without
+    a slash at its end.
+    """
+
+    def __init__(self, node: Node, stop: threading.Event, prefix: str) -> None:
+        self._node, self._stop, self.prefix = node, stop, prefix
         self._clients: dict[str, Any] = {}
+        self.server, self.netem = f"{prefix}/server", f"{prefix}/netem"  # full names
+        self.users: list[str] = []  # in the order of the server
+        self.values: dict[str, dict[str, Any]] = {}
 
     def read(self, other: str) -> dict[str, Any]:
         """Return all parameters of a node by name; PmwvcError where it does not answer."""
@@ -73,38 +94,6 @@ class Parameters:
                 return call.result()
             time.sleep(ANSWER_S)
         raise PmwvcError(f"{service} did not answer within {PATIENCE_S:g} s")
-
-
-LOOK_S = 0.1
-EMULATOR_S = 5.0  # behind all other nodes: until a session counts as one without
-TRACE = "/server/trace"
-LONGEST_S = 86400.0  # a session that is joined goes on until it ends
-
-
-@dataclass(frozen=True)
-class AboutSession(Validated):
-    """What nobody can see of a session in the graph: parameters of the view node."""
-
-    name: str = parameter("session", "-", "name of the session")
-    description: str = parameter("", "-", "what the session shows")
-    report: str = parameter("", "-", "file of its report, once it is over")
-    emulated: bool = parameter(False, "-", "an emulator belongs to the session")
-    duration_s: float = parameter(0.0, f"0..{LONGEST_S:g} s", "its length, 0: not known")
-
-
-@dataclass
-class Graph:
-    """The nodes of a session and their parameters by node and name, kept up to date, and set by
-    ``parameters``; ``prefix`` is its namespace, without a slash at its end.
-    """
-
-    prefix: str
-    parameters: Parameters
-    users: list[str] = field(default_factory=list)  # in the order of the server
-    values: dict[str, dict[str, Any]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.server, self.netem = f"{self.prefix}/server", f"{self.prefix}/netem"  # full names
 
     def master(self, user: str) -> str:
         """Return the full name of a user's master node."""
@@ -159,20 +148,19 @@ def find(node: Node, stop: threading.Event, *, emulated: bool) -> Graph | None:
 
 def _read(node: Node, prefix: str, stop: threading.Event, *, emulated: bool) -> Graph | None:
     """Return a session whose nodes have all answered; None where one is not there yet."""
-    graph = Graph(prefix, Parameters(node, stop))
-    read = graph.parameters.read
+    graph = Graph(node, stop, prefix)
     try:
-        graph.values[graph.server] = read(graph.server)
+        graph.values[graph.server] = graph.read(graph.server)
         graph.users = list(graph.values[graph.server]["users"])
         for master in map(graph.master, graph.users):
-            graph.values[master] = read(master)
+            graph.values[master] = graph.read(master)
         until_s = time.monotonic() + (math.inf if emulated else EMULATOR_S)
         while not (found := node.count_publishers(f"{graph.netem}/fates")):
             if stop.is_set() or time.monotonic() > until_s:
                 break
             time.sleep(LOOK_S)
         if found:  # an emulator publishes the fates of packets
-            graph.values[graph.netem] = read(graph.netem)
+            graph.values[graph.netem] = graph.read(graph.netem)
     except PmwvcError:
         return None
     return graph

@@ -77,16 +77,14 @@ class LiveSession(Session):
                 node: {name: new for name, new in each.items() if new != before[node][name]}
                 for node, each in after.items()
             }
-            calls = [
-                self._graph.parameters.set(node, each) for node, each in changes.items() if each
-            ]
+            calls = [self._graph.set(node, each) for node, each in changes.items() if each]
             if why := "; ".join(filter(None, await asyncio.gather(*calls))):
                 return why
             present = step
             if present != wanted:
                 await asyncio.sleep(STEP_S)
         if control.path == controls.PRESET:
-            return await self._graph.parameters.set(self._graph.netem, {"preset": value})
+            return await self._graph.set(self._graph.netem, {"preset": value})
         return ""
 
     def _values_of(self, scenario: Scenario) -> dict[str, dict[str, Any]]:

@@ -106,6 +106,8 @@ class Inlets:
             return Polled(node, kind, topic, RELIABLE_QOS, raw=raw)
 
         self._graph, prefix = graph, graph.prefix
+        links = (f"{user}/{way}" for user in graph.users for way in ("up", "down"))
+        self._links = {link: number for number, link in enumerate(links)}  # of snapshots
         self._reader = reader
         self._masters = {
             user: polled(MasterTrace, f"{prefix}/{user}/trace", raw=True) for user in graph.users
@@ -140,7 +142,7 @@ class Inlets:
         self.silent_s = 0.0 if received else self.silent_s + longer_s
         zero_ns = feed.tape.zero_ns
         for message in self._fates:
-            number = link_number(message.link, self._graph.users)
+            number = self._links.get(message.link)
             if number is None or misfit("PacketFate", message) or zero_ns is None:
                 continue
             packets, age_ns = packets_of(message), abs(self.now_ns() - zero_ns)
@@ -162,14 +164,6 @@ def packets_of(message: Any) -> Array:
     """Return a PacketFate as packets: number, time in and out [ns], fate."""
     numbers = np.arange(message.first, message.first + len(message.time_in_ns), dtype=np.float64)
     return np.column_stack([numbers, message.time_in_ns, message.time_out_ns, message.fate])
-
-
-def link_number(link: str, users: Sequence[str]) -> int | None:
-    """Return the number of a link in snapshots; None for one that is no user's."""
-    user, _, way = link.rpartition("/")
-    if user not in users or way not in ("up", "down"):
-        return None
-    return 2 * list(users).index(user) + (way == "down")
 
 
 def scene_of(node: Node, topic: str) -> dict[str, Any]:

@@ -100,7 +100,7 @@ const handlers = {
     connection("open", { live: "live", simulated: "simulated, in real time", recorded: "recorded" }[declared.mode]);
   },
   snapshot: (message) => {
-    const { session } = page, { seq, packets } = session.take(held ? message : session.numbers(message));
+    const { session } = page, { seq, packets } = session.take(held ? message : new Float64Array(message));
     page.flow.take(packets, performance.now() / 1e3, page.session.time_s);
     return seq;
   },

@@ -28,14 +28,6 @@ export class Session {
     this.packetCount = 0;
   }
 
-  /** The numbers of a message: the row, what is of a scene in it as float32, then packets. */
-  numbers(message) {
-    const { narrow } = this.layout, wide = this.width - narrow, from = 8 * (wide + Math.ceil(narrow / 2));
-    return Float64Array.from([
-      ...new Float64Array(message, 0, wide), ...new Float32Array(message, 8 * wide, narrow), ...new Float64Array(message, from),
-    ]);
-  }
-
   /** Take a snapshot in; return its number and the packets that came with it. */
   take(numbers) {
     const time_s = numbers[this.columns.get("time_s")];

@@ -19,7 +19,6 @@ CREDITS = 8  # snapshots that may be sent and not acknowledged
 MESSAGE_BYTES = 4096  # longest message of a page
 MESSAGES_HZ = 500.0  # messages of a page in a second
 LONGEST_NAME = 64
-Setting = float | str | bool
 
 
 class ProtocolError(PmwvcError):

@@ -1,14 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The layout of a snapshot: the newest values of a session as one row of numbers, and the packets
-whose fate became known; and those that a page has not been sent yet, as one.
-
-A page that is slow is sent the present, with the extremes and packets of all that it missed. Pages
-that are not share the message of a snapshot.
+whose fate became known.
 """
 
 import math
-from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,9 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_core.numeric import Array
-from pmwvc_view.protocol import CREDITS
-
-MOST_PACKETS = 512  # of a snapshot; the oldest are left out
 
 
 class Column(NamedTuple):
@@ -56,7 +49,7 @@ NO_PACKETS = np.empty((0, len(PACKET)))
 
 class Layout:
     """The layout of a snapshot: fixed columns, then rows of packets. ``columns`` and ``slices``:
-    what is in a row, and where; ``size``: its length, ``narrow`` of a scene's at its end.
+    what is in a row, and where; ``size``: its length.
     """
 
     def __init__(self, users: Sequence[str], dof: int, bodies: Sequence[str] = ()) -> None:
@@ -66,10 +59,8 @@ class Layout:
             columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]
             columns += [Column(f"{user}.{name}", 1, unit) for name, unit in _NUMBERS]
         columns += [Column(f"object.{name}", dof, unit) for name, unit in _OBJECT]
-        scene = [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
-        scene += [Column("contacts", 6 * CONTACTS, "m, N")] if bodies else []
-        self.narrow = sum(column.values for column in scene)
-        columns += scene
+        columns += [Column(f"{body}.pose", POSE, "m, -") for body in bodies]
+        columns += [Column("contacts", 6 * CONTACTS, "m, N")] if bodies else []
         self.columns = columns
         ends = np.cumsum([0, *(column.values for column in columns)]).tolist()
         places = map(slice, ends, ends[1:])
@@ -95,57 +86,18 @@ class Layout:
         return {
             "columns": [list(column) for column in self.columns],
             "packet": [list(column) for column in PACKET],
-            "narrow": self.narrow,
         }
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The session at one time: a row, its last ``narrow`` values sent as float32, and packets."""
+    """The session at one time: a row, and packets."""
 
     row: Array
     packets: Array  # (n, 5)
-    narrow: int = 0
 
     @cached_property
     def message(self) -> bytes:
         """The snapshot as pages get it: the row, then the packets, little-endian."""
-        wide = len(self.row) - self.narrow
-        poses = np.pad(self.row[wide:].astype("<f4"), (0, self.narrow % 2)).view("<f8")
-        every = np.concatenate([self.row[:wide], poses, self.packets.ravel()])
+        every = np.concatenate([self.row, self.packets.ravel()])
         return every.astype("<f8", copy=False).tobytes()
-
-
-class Outgoing:
-    """The snapshots for one page: merged until it may be sent one."""
-
-    def __init__(self, layout: Layout) -> None:
-        self._layout = layout
-        self._low = layout.positions("f_min")
-        self._high = layout.positions("f_max", "lateness")
-        self._waiting: Snapshot | None = None
-        self._unseen: deque[int] = deque()
-
-    def add(self, snapshot: Snapshot) -> None:
-        """Take a snapshot in; numbers are those of the newest, extremes those of all."""
-        before = self._waiting
-        if before is not None:
-            row = snapshot.row.copy()
-            row[self._low] = np.fmin(row[self._low], before.row[self._low])
-            row[self._high] = np.fmax(row[self._high], before.row[self._high])
-            packets = np.concatenate([before.packets, snapshot.packets])[-MOST_PACKETS:]
-            snapshot = Snapshot(row, packets, snapshot.narrow)
-        self._waiting = snapshot
-
-    def take(self) -> bytes | None:
-        """Return the message to send now; None where nothing waits or the page is behind."""
-        if self._waiting is None or len(self._unseen) >= CREDITS:
-            return None
-        snapshot, self._waiting = self._waiting, None
-        self._unseen.append(int(snapshot.row[0]))
-        return snapshot.message
-
-    def seen(self, seq: int) -> None:
-        """Note that the page has taken in every snapshot up to this number."""
-        while self._unseen and self._unseen[0] <= seq:
-            self._unseen.popleft()

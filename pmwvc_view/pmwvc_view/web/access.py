@@ -8,7 +8,6 @@ only knows the address.
 """
 
 import contextlib
-import errno
 import ipaddress
 import secrets
 import socket
@@ -39,26 +38,16 @@ HEADERS = {
 }
 
 
-REFUSALS = {
-    errno.EADDRINUSE: "another program uses this port; port 0 takes any free one",
-    errno.EACCES: "this port needs rights of the system; port 0 takes any free one",
-    errno.EADDRNOTAVAIL: "not an address of this machine",
-}
-
-
 def why_refused(host: str, port: int) -> str:
-    """Return why nothing can listen on an address, in words; "" where something can."""
+    """Return why nothing can listen on an address, in the system's words; "" where it can."""
     if not 0 <= port <= 65535:
         return "a port is 0..65535"
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-    except OSError:
-        return REFUSALS[errno.EADDRNOTAVAIL]
-    try:
         for family, _, _, _, address in found:
             socket.create_server(address, family=family).close()
     except OSError as error:
-        return REFUSALS.get(error.errno or 0, str(error.strerror))
+        return str(error.strerror)
     return ""
 
 

@@ -11,29 +11,35 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from websockets.asyncio.server import ServerConnection, broadcast
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
-from pmwvc_view.protocol import MESSAGES_HZ, SILENCE_S, ProtocolError, Request, read
-from pmwvc_view.protocol.snapshot import Layout, Outgoing, Snapshot
+from pmwvc_view.protocol import CREDITS, MESSAGES_HZ, SILENCE_S, ProtocolError, Request, read
+from pmwvc_view.protocol.snapshot import Layout, Snapshot
 from pmwvc_view.session import Handled, Session
 
 LONGEST_REASON = 100  # bytes; a close frame holds 123
+MOST_PACKETS = 512  # of a snapshot; the oldest are left out
 MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is closed
 
 
 class Client:
-    """A connected page."""
+    """A connected page. One that is slow is sent the present, with the extremes and packets of all
+    that it missed; others share the message of a snapshot.
+    """
 
     def __init__(self, socket: ServerConnection, layout: Layout) -> None:
         self._socket, self._work, self._full = socket, asyncio.Event(), False
         self._messages: deque[str] = deque()
-        self._outgoing = Outgoing(layout)
+        self.begin(layout)
 
     def begin(self, layout: Layout) -> None:
-        """Begin with another layout: the session was begun again."""
-        self._outgoing = Outgoing(layout)
+        """Begin with a layout, at first and whenever the session is begun again."""
+        self._low, self._high = layout.positions("f_min"), layout.positions("f_max", "lateness")
+        self._waiting: Snapshot | None = None  # all that was not sent yet, as one
+        self._unseen: deque[int] = deque()
 
     def send(self, message: Mapping[str, Any]) -> None:
         """Send a message, in order, as soon as the page takes it."""
@@ -46,20 +52,27 @@ class Client:
     def show(self, snapshots: Sequence[Snapshot]) -> None:
         """Send the newest snapshots as one, with later ones where the page is not ready yet."""
         for snapshot in snapshots:
-            self._outgoing.add(snapshot)
+            if (before := self._waiting) is not None:
+                row = snapshot.row.copy()
+                row[self._low] = np.fmin(row[self._low], before.row[self._low])
+                row[self._high] = np.fmax(row[self._high], before.row[self._high])
+                packets = np.concatenate([before.packets, snapshot.packets])[-MOST_PACKETS:]
+                snapshot = Snapshot(row, packets)
+            self._waiting = snapshot
         self._send_snapshot()
 
     def seen(self, seq: int) -> None:
         """Note that the page has taken in every snapshot up to this number."""
-        self._outgoing.seen(seq)
+        while self._unseen and self._unseen[0] <= seq:
+            self._unseen.popleft()
         self._send_snapshot()
 
     def _send_snapshot(self) -> None:
         """Send the snapshot that waits, behind messages; credits bound what the socket holds."""
-        if not self._messages:
-            snapshot = self._outgoing.take()
-            if snapshot is not None:
-                broadcast((self._socket,), snapshot)
+        if (snapshot := self._waiting) and not self._messages and len(self._unseen) < CREDITS:
+            self._waiting = None
+            self._unseen.append(int(snapshot.row[0]))
+            broadcast((self._socket,), snapshot.message)
 
     async def run(self, handle: Callable[[Request], None]) -> str:
         """Read and write until the page is gone; return what rule it broke, or ""."""

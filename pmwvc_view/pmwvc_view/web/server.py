@@ -31,7 +31,7 @@ CLOSE_S = 1.0  # for a page to answer that its socket is closed
 UNSEEN_S = 0.128  # between two polls while there is no page: a node's traces wait as long
 LISTEN_S = 0.004  # between two polls at least: what pages sent must not wait for a busy session
 LISTENED_S = 0.05  # between two polls at most
-NEWS_EVERY = 4  # polls
+NEWS_EVERY = 8  # polls
 STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from pmwvc_core.ends.server_end import SERVER_EPOCH
 from pmwvc_core.network.effects import is_random
+from pmwvc_core.network.link import Link
 from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
@@ -85,8 +86,6 @@ def plan_of(network: Network) -> Plan:
                 if present[user]:
                     down[user].send(tick, inbox)
             step += every
-        for end in down:
-            end.look_before(tick + 1)
     end_ns = network.ticks * tick_ns
     for end in down:
         end.look_before(network.ticks)
@@ -106,10 +105,9 @@ class _End:
         period_s = every * (network.tick_ns * 1e-9)
         # It follows one sender all along: how long one may be silent decides on nothing here.
         self.inbox = Receiver(network.dof, period_s=period_s, timeout_s=network.release_s)
-        self.link = SimulatedLink(
-            network.links[user][direction], seed=(network.seed, user, direction), inbox=self.inbox,
-            dof=network.dof, direction=direction,
-        )  # fmt: skip
+        params, seed = network.links[user][direction], (network.seed, user, direction)
+        link = Link(params, seed=seed, direction=direction)
+        self.link = SimulatedLink(link, self.inbox, network.dof)
         zero = 0.0 if network.dof == 1 else np.zeros(network.dof)
         self._head = (user + 1, SERVER_EPOCH + user)[direction], period_s, (zero, zero, 0.0, zero)
         self.rows: list[tuple[int, int, int, int, int]] = []
