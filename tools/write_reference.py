@@ -13,7 +13,7 @@ from typing import Any
 from pmwvc_core.network.effects import amounts
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams, Spec, ports, specs
-from pmwvc_core.params.fields import NO_DEFAULT, groups
+from pmwvc_core.params.fields import groups
 from pmwvc_core.params.names import joined, leaves
 from pmwvc_core.scenario.scenario import Scenario, User, prefixed
 
@@ -107,7 +107,7 @@ def docs_table(declarations: Mapping[str, Spec]) -> str:
         + " | ".join(
             (
                 f"`{name}`" + ("\\*" if spec.read_only else ""),
-                "(required)" if spec.default is NO_DEFAULT else _default_text(spec.default),
+                _default_text(spec.default),
                 _cell(spec.range_text().removeprefix("one of "))
                 + (", whole" if spec.kind is int else ""),
                 _cell(spec.description),

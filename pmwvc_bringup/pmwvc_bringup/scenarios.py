@@ -59,7 +59,7 @@ def find(name: str) -> Path:
 
 def read(path: Path) -> dict[str, object]:
     """Return a file's values by dotted name, with absolute paths of named files; ScenarioError."""
-    return _with_files(mapping_in(path), path.resolve().parent)
+    return {"name": path.stem} | _with_files(mapping_in(path), path.resolve().parent)
 
 
 def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:

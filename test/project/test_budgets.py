@@ -53,7 +53,7 @@ ROOMS = {
         2_287, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_754,
+        4_746,
         4_700,
         (
             *inside(
@@ -78,7 +78,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_077,
+        3_080,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),

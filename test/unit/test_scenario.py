@@ -50,8 +50,6 @@ def test_every_mistake_is_named_at_once():
     wrong = {"master": {"impedance": -3}, "server": {"couplin": "implicit"}}
     found = "\n".join(problems(given | wrong, overrides={"link.dely_s": 3}))
     for text in (
-        "duration_s is missing",
-        "controller is missing: must be one of pmwvc, direct",
         "cutof = 3: there is no such parameter",
         "master.impedance = -3.0: must be 0.01..1000 N s/m",
         "user3: users = 2; raise users or remove it",
@@ -59,6 +57,16 @@ def test_every_mistake_is_named_at_once():
         "did you mean link.delay_s?",
     ):
         assert text in found
+
+
+def test_what_a_file_leaves_out_has_defaults_also_the_coupling_by_the_environment():
+    least = parse_scenario({})
+    assert (least.controller, len(least.users), least.server.coupling) == ("pmwvc", 2, "implicit")
+    for environment in ("hunt_crossley", "gel", "body"):
+        given = {"server.environment": environment, "dof": 3 if environment == "body" else 1}
+        assert parse_scenario(given).server.black_box
+        (problem,) = problems(given, overrides={"server.coupling": "implicit"})
+        assert problem.startswith(f"server.environment = {environment!r}: set server.coupling = u")
 
 
 def test_something_else_than_a_mapping_is_refused():
@@ -79,7 +87,6 @@ TWO_FILTERS = {"master.velocity_filter.alpha": 0.5, "master.velocity_filter.cuto
 @pytest.mark.parametrize(("settings", "said"), [
     ({"safety.fault_velocity": 0.01}, "safety.damper_velocity = 1.0: must be < fault_velocity"),
     ({"master.filter.kind": "butterworth"}, "master.filter.stop_hz = null: a Butterworth filter"),
-    ({"server.environment": "gel"}, "server.environment = 'gel': set server.coupling = unknown"),
     (TWO_FILTERS, "master.velocity_filter: alpha and cutoff_hz are given"),
     (FIRST | {"master.filter.stop_hz": 9}, "master.filter: pole_rad_s and stop_hz are given"),
     ({"master.filter.pole_rad_s": 50}, "master.filter.pole_rad_s = 50.0: integrate_and_dump has"),

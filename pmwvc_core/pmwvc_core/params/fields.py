@@ -20,7 +20,6 @@ from typing import Any
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.plugins import installed
 
-NO_DEFAULT: Any = dataclasses.MISSING  # in place of a default: a value has to be given
 _BOUNDS = {
     ">=": ("low", operator.ge), ">": ("above", operator.gt), "<=": ("high", operator.le),
     "<": ("below", operator.lt),
@@ -48,7 +47,7 @@ class Spec:
     read_only: bool = False
     description: str = ""
     plugins: Callable[[], Collection[str]] = tuple
-    default: Any = None  # NO_DEFAULT where a value has to be given
+    default: Any = None
 
     def range_text(self) -> str:
         """Return the allowed values in words: ``> 0 N s/m``, ``1..64``, ``one of a, b``."""
@@ -104,14 +103,13 @@ _BOUND = re.compile(
 
 def parameter(
     default: float | int | bool | str | None, allowed: str | tuple[str, ...], description: str, *,
-    kind: type | None = None, group: str = "", read_only: bool = False,
+    group: str = "", read_only: bool = False,
 ) -> Any:  # fmt: skip
     """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
     ``allowed`` is range and unit as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
-    ``-``), or the names allowed, besides plug-ins of a ``group``; ``kind`` goes with
-    ``NO_DEFAULT``.
+    ``-``), or the names allowed, besides plug-ins of a ``group``.
     """
-    kind = kind or (float if default is None else type(default))
+    kind = float if default is None else type(default)
     spec = Spec(
         kind, optional=default is None, read_only=read_only, description=description,
         plugins=partial(installed, group) if group else tuple, default=default,

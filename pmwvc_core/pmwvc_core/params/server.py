@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pmwvc_core.params.fields import Validated, fixed, group, has, parameter
 from pmwvc_core.params.ports import DeadbandParams, matrix_conflicts
 
-COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
+BLACK_BOX = "unknown"  # the coupling that needs no equations
+COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", BLACK_BOX)
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
 COMPENSATIONS = ("none", "printed", "corrected", "ledger")
 KNOWN = ("cube", "wall")  # environments whose equations every coupling has
@@ -52,7 +53,7 @@ class ServerParams(Validated):
     coupling: str = parameter(
         "implicit",
         COUPLINGS,
-        "how the loop of wave and contact is solved",
+        "how the loop of wave and contact is solved; unknown by default but at cube and wall",
         group="pmwvc.couplings",
     )
     integrator: str = parameter(
@@ -98,12 +99,13 @@ class ServerParams(Validated):
     body: BodyParams = group(BodyParams)
     lever_m: float = fixed(0.05, "0.001..10 m", "dof = 6: axes 4 to 6 are a turn [rad] times this")
 
+    black_box = has("coupling", BLACK_BOX)
     # whether a port learns the slope of an environment that reports none
     learns = has("decoding", "secant")
 
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
-        if self.environment in KNOWN or self.coupling == "unknown":
+        if self.environment in KNOWN or self.black_box:
             return []
         return [
             f"environment = {self.environment!r}: set server.coupling = unknown for it "

@@ -12,13 +12,11 @@ from typing import Any
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS, link_settings
 from pmwvc_core.params import Spec, ports, specs
-from pmwvc_core.params.fields import NO_DEFAULT
 from pmwvc_core.params.names import assembled, flat_mapping, hint
+from pmwvc_core.params.server import BLACK_BOX, KNOWN
 from pmwvc_core.scenario.names import over_time, resolved
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
-# Stand in for a required value that is wrong, so that the rest can still be checked.
-PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
 PRESET_NAME = re.compile(r"(user[1-9]\d*\.|)(?:(master)|link(?:\.\*|\.(up|down)|))\.preset")
 
 # Recordings of before have them: with other values sessions did what they no longer do.
@@ -104,27 +102,21 @@ class _Values:
         if problem := spec.problem(value):
             text = f"{given} = {problem}"
             self.problems += [text] if text not in self.problems else []
-            value = PLACEHOLDERS.get(path)
-        if not problem or value is not None:
+        else:
             place[path] = value
 
     def build(self) -> Scenario | None:
         """Build the scenario; on any mistake add to ``problems`` and return None."""
+        if self.shared.get("server.environment", KNOWN[0]) not in KNOWN:
+            self.shared.setdefault("server.coupling", BLACK_BOX)
         top = {name: value for name, value in self.shared.items() if name in specs(Scenario)}
-        required = [name for name, spec in specs(Scenario).items() if spec.default is NO_DEFAULT]
-        missing = [name for name in required if name not in top]
-        for name in missing:
-            must = PARAMETERS[name].spec.range_text()
-            self.problems.append(f"{name} is missing: must be {must}")
-        if "users" not in top:
-            return None
-        count = top.pop("users")
+        count = top.pop("users", specs(Scenario)["users"].default)
         for number in sorted(n for n in self.users if n > count):
             self.problems.append(f"user{number}: users = {count}; raise users or remove it")
         users = [self._user(number) for number in range(1, count + 1)]
         shared = self._groups(Scenario, self.shared, "")
         parts = (part for owner in (shared, *map(vars, users)) for part in owner.values())
-        if missing or any(part is None for part in parts):
+        if any(part is None for part in parts):
             return None
         try:
             scenario = Scenario(users=tuple(users), **shared, **top)

@@ -16,7 +16,7 @@ from pmwvc_core.controllers import library
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.behind import behind
-from pmwvc_core.params.fields import NO_DEFAULT, group, groups, parameter
+from pmwvc_core.params.fields import group, groups, parameter
 from pmwvc_core.params.names import joined, leaves, nested
 from pmwvc_core.params.user import ServerTimes, server_times
 from pmwvc_core.plugins import installed
@@ -92,13 +92,13 @@ class User:
 class Scenario:
     """A complete session; ScenarioError where groups contradict one another."""
 
-    name: str = parameter(NO_DEFAULT, "-", "name, also in that of the session folder", kind=str)
+    name: str = parameter("session", "-", "name, also in that of the session folder")
     description: str = parameter("", "-", "one sentence: events and expected result")
-    duration_s: float = parameter(NO_DEFAULT, "> 0 and <= 86400 s", "length", kind=float)
+    duration_s: float = parameter(20.0, "> 0 and <= 86400 s", "length")
     seed: int = parameter(1, "0..2147483647", "seed of all random numbers")
     controller: str = parameter(
-        NO_DEFAULT, tuple(library.RECORDS.library), "controller between the users and the server",
-        kind=str, group=library.RECORDS.plugins.group,
+        "pmwvc", tuple(library.RECORDS.library), "controller between the users and the server",
+        group=library.RECORDS.plugins.group,
     )  # fmt: skip
     channel: str = parameter(
         library.STRICT, library.CHANNELS,
@@ -112,7 +112,7 @@ class Scenario:
     changes: str = parameter(
         "", "-", "in virtual time [s]: TIME NAME=VALUE ...; TIME NAME=VALUE ..."
     )
-    users: tuple[User, ...] = parameter(NO_DEFAULT, "1..8", "number of users", kind=int)
+    users: tuple[User, ...] = parameter(2, "1..8", "number of users")
     server: params.ServerParams = group(params.ServerParams)
     task: params.TaskParams = group(params.TaskParams)
     own: Any = group(EnvironmentOwn)  # of environments from other packages, by their names
