@@ -10,6 +10,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 
+from pmwvc_bringup import scenarios
+from pmwvc_core.simulation.session import simulate_one
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -56,3 +59,16 @@ def test_every_controller_of_the_bench_still_has_a_scenario():
     names = runpy.run_path(str(ROOT / "test" / "bench" / "controllers.py"))
     assert all(names["scenario_of"](settings) for settings in names["CASES"].values())
     assert names["scenario_of"](names["MATRIX"]).dof == 3
+
+
+def test_the_least_scenario_of_a_scene_runs_as_its_page_has_it(folder):
+    page = (ROOT / "docs" / "environments.md").read_text("utf-8")
+    (text,) = (
+        each for each in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL) if "mine" in each
+    )
+    (folder / "mine.yaml").write_text(text)
+    scene = scenarios.known()["lift"].parent / "scenes" / "lift.xml"
+    (folder / "mine.xml").write_bytes(scene.read_bytes())
+    scenario = scenarios.load("mine.yaml", duration_s=3.0)
+    height_m = simulate_one(scenario).server.poses["box"][:, 2]
+    assert scenario.name == "mine" and height_m.max() > height_m[0] + 0.01
