@@ -53,7 +53,7 @@ ROOMS = {
         2_292, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_754,
+        4_755,
         4_700,
         (
             *inside(

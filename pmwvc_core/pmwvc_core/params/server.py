@@ -15,6 +15,7 @@ from pmwvc_core.params.ports import DeadbandParams, matrix_conflicts
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
 COMPENSATIONS = ("none", "printed", "corrected", "ledger")
+BLACK_BOX = ("unknown",)  # couplings to a black-box environment
 KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 
 
@@ -103,7 +104,7 @@ class ServerParams(Validated):
 
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
-        if self.environment in KNOWN or self.coupling == "unknown":
+        if self.environment in KNOWN or self.coupling in BLACK_BOX:
             return []
         return [
             f"environment = {self.environment!r}: set server.coupling = unknown for it "
