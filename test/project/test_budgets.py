@@ -53,7 +53,7 @@ ROOMS = {
         2_287, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_746,
+        4_753,
         4_700,
         (
             *inside(

@@ -51,8 +51,8 @@ def test_text_with_any_separator_with_and_without_names(tmp_path, separator, hea
 
 
 def test_a_single_column_needs_no_name_and_scale_and_offset_make_si_units(tmp_path):
-    np.savetxt(tmp_path / "one.txt", np.arange(10.0))
-    got = load(tmp_path / "one.txt", scale=0.5, offset=3.0)
+    np.save(tmp_path / "one.npy", np.arange(10.0))
+    got = load(tmp_path / "one.npy", scale=0.5, offset=3.0)
     np.testing.assert_allclose(got, 3.0 + 0.5 * np.arange(10)[:, np.newaxis])
     (tmp_path / "one.csv").write_text("t,f\n" + "\n".join(f"{k / 1000},{k}" for k in range(10)))
     np.testing.assert_allclose(load(tmp_path / "one.csv", time_column="t")[:, 0], np.arange(10))
@@ -68,6 +68,9 @@ def test_a_faulty_table_is_refused_with_its_columns(table, tmp_path):
     )
     assert "no such file (looked in " in refusal(tmp_path / "none.csv")
     assert "empty" in refusal(_write(tmp_path / "a.csv", "\n# only\n"))
+    for array in (np.array(["x", "y"]), np.array([{}], dtype=object), np.array(1.0)):
+        np.save(tmp_path / "a.npy", array)
+        assert "no array of numbers" in refusal(tmp_path / "a.npy")
     assert "a recording needs at least 2" in refusal(_write(tmp_path / "b.csv", "x\n1\n"))
     (tmp_path / "c.csv").write_bytes(b"\xff\xfe\x00")
     assert "not text" in refusal(tmp_path / "c.csv")

@@ -120,7 +120,7 @@ class OperatorParams(Validated):
     grip_stiffness: float = parameter(375.0, ">= 0 N/m", "hand, remote: stiffness of the grip")
     grip_damping: float = parameter(7.9, ">= 0 N s/m", "hand, remote: damping of the grip")
     squeeze: float = parameter(1.0, ">= 0 N", "hand, remote: force that holds a gripped object")
-    file: str = fixed("", "-", "playback: CSV")
+    file: str = fixed("", "-", "playback: CSV or NPY")
     columns: str = fixed("", "-", "playback: columns by name or number (from 0), by commas")
     time_column: str = fixed("", "-", "playback: column of the time [s] (empty: rate_hz)")
     rate_hz: float = parameter(1000.0, "> 0 Hz", "playback: rate without a time column")

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Hands by name, at the beginning of their time (state and parameters of the laws), and the files
-of those that are recorded: CSV or other text.
+of those that are recorded: CSV or other text, or NumPy ``.npy``.
 
 How a column is named (several are separated by commas): by its name in the header line of a text,
 or by its number, counted from 0. Columns of text are separated by comma, semicolon, tab or blanks;
@@ -78,7 +78,7 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
     """Return columns ``(rows, 1 or dof)`` and times [s] of a file; else RecordingError."""
     file = Path(params.file).expanduser()
     if not params.file:
-        raise RecordingError("operator.file is empty: name the CSV file to play")
+        raise RecordingError("operator.file is empty: name the CSV or NPY file to play")
     if not file.is_file():
         raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
     names, table = _table_of(file)
@@ -103,6 +103,13 @@ def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
 
 def _table_of(file: Path) -> tuple[list[str], Array]:
     """Return the names of the columns of a file, and its rows; NaN is what is no number."""
+    if file.suffix == ".npy":
+        try:
+            table = np.load(file, allow_pickle=False).astype(float)
+            table = table.reshape(len(table), -1)
+        except (ValueError, TypeError, EOFError) as error:
+            raise RecordingError(f"{file}: no array of numbers: {error}") from error
+        return [str(number) for number in range(table.shape[1])], table
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
