@@ -79,7 +79,7 @@ def test_an_axis_is_asked_for_by_its_number(capfd):
     assert main(["transparency", "cube_3d", "--set", "channel=plain", "--axis", "2"]) == 0
     said = capfd.readouterr().out
     assert "user1, through the link: stiffness 362.7 N/m" in said  # along axis 1 it is 402 N/m
-    assert "Along axis 2 of 3, the other axes free:" in said
+    assert "Along axis 2 of 3, the other axes free." in said
     for axis in ("0", "4"):
         assert main(["transparency", "cube_3d", "--axis", axis]) == 2
         assert f"--axis {axis}: must be 1 to 3 (dof)" in capfd.readouterr().err

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.linear import axes_of, notes_of
 from pmwvc_analysis.models.linearize import build, spectral_radius, stable
 from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.transparency.frequency import first_peak_hz, limit_at_rest, low_hz, response
@@ -90,7 +90,9 @@ def transparency(
         )
     of: dict[str, Any] = {"user": user, "axis": axis}
     link, admittance = _side(build(scenario, live=live), frequency_hz, **of)
-    notes = notes_of(scenario)
+    axes, notes = axes_of(scenario), notes_of(scenario)
+    if axes > 1:
+        notes.append(f"Along axis {axis + 1} of {axes}, the other axes free.")
     if link.admittance_dc is None:
         notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
     direct, ideal, perfect = (
