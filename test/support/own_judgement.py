@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_core.law.user_tick import NEVER_NS
 from pmwvc_core.scenario.names import over_time
 from pmwvc_core.simulation.session import SteppedSession
-from pmwvc_core.simulation.virtual_time import NEVER_NS
 
 KICK_M_S = 1e-5
 DIES = 0.03  # of the kick, at the end

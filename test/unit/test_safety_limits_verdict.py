@@ -110,6 +110,18 @@ def with_late_packets(traces):
     return traces
 
 
+def test_force_limited_beside_late_packets_is_not_judged():
+    """A blow after each of them is the network's, or that of a machine that stalls."""
+    traces = session()
+    user = traces.users[0]
+    shortened = np.sin(2 * np.pi * 5.0 * user.time_s) > 0.5
+    user.f_applied = np.where(shortened[:, np.newaxis], 0.5 * user.f_m, user.f_m)
+    assert judged(traces) == "limited by safety"
+    found = verdict(with_late_packets(traces), handmade.scenario())
+    assert found.stable is None and "the force was limited" in found.why
+    assert "late packets" in found.why
+
+
 @pytest.mark.parametrize("hertz", [8.0, 30.0])
 def test_motion_beside_late_packets_is_not_judged(hertz):
     shaken = oscillating(session(), rms_m_s=5e-3, hertz=hertz)

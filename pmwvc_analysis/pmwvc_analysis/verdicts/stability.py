@@ -140,9 +140,11 @@ class _Judge:
         lasting = [(found, motion) for found, motion in self.found if lasts(found, motion)]
         links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
         since_s = max([0.5 * end_s, *(motion.since_s for _, motion in lasting)])
-        shaken = waited(links, since_s, end_s)
+        waiting, shaken = "", waited(links, since_s, end_s)
+        if shaken > th.UNEVEN:
+            waiting = f"while {shaken:.0%} of the time went by in waiting for late packets"
         late = self._drive(since_s, end_s) if lasting else UNKNOWN
-        own = lasting if shaken <= th.UNEVEN and not late.by_hands else []
+        own = [] if waiting or late.by_hands else lasting
         for found, motion in own:
             if found.late_m_s > th.GROWN_M_S and found.growth >= th.GROWN:
                 kind = SUSTAINED if passive(traces, self.scenario) else "diverged"
@@ -151,20 +153,21 @@ class _Judge:
         if took_over := limits.taken_over(traces):
             return Verdict(False, LIMITED, took_over)
         shortened, saturated = limits.often_shortened(traces, self.scenario)
-        if shortened and (own or not saturated):
+        if shortened and (own or not (saturated or waiting)):
             return Verdict(False, LIMITED, shortened)
         if shortened:
             nothing = "nothing oscillates beyond the voluntary band"
-            return _unknown(f"{shortened}, to the largest that is allowed; {nothing}")
+            why = waiting or f"to the largest that is allowed; {nothing}"
+            return _unknown(f"{shortened}, {why}")
         if lost := limits.lost(limits.withheld(traces, self.scenario)):
             return Verdict(False, "environment lost", lost)
         if not lasting:
             return Verdict(True, None, _quiet_words(self.found))
-        return self._lasting(*min(own or lasting, key=lambda pair: pair[0].fades), shaken, late)
+        return self._lasting(*min(own or lasting, key=lambda pair: pair[0].fades), waiting, late)
 
-    def _lasting(self, found: Strength, motion: Motion, shaken: float, late: Drive) -> Verdict:
-        """Judge a motion beyond the band that does not die out: ``shaken`` is the ratio of time
-        spent waiting for late packets, ``late`` tells who drove the motion.
+    def _lasting(self, found: Strength, motion: Motion, waiting: str, late: Drive) -> Verdict:
+        """Judge a motion beyond the band that does not die out: ``waiting`` says how long late
+        packets were waited for, ``late`` tells who drove the motion.
         """
         speed = f"{found.late_m_s * 1e3:.1f} mm/s"
         moves = f"{motion.name} moves with {speed} beyond the voluntary band"
@@ -178,8 +181,7 @@ class _Judge:
             if self._expected[0] < th.GROWS_PER_S:
                 return Verdict(True, None, f"{moves}; {self._expected[1]}")
             return _unknown(f"{moves}: whether the loop keeps it up is not known")
-        if shaken > th.UNEVEN:
-            waiting = f"while {shaken:.0%} of the time went by in waiting for late packets"
+        if waiting:
             whose = "whether the network or the loop moves it is not known"
             return _unknown(f"{moves}, {waiting}: {whose}")
         if found.fades:
