@@ -41,7 +41,7 @@ ROOMS = {
     ),
     "laws": Room(5_934, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_280,
+        3_256,
         2_500,
         inside(
             "pmwvc_core",

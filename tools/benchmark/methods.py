@@ -12,7 +12,7 @@ import importlib
 from dataclasses import dataclass
 
 from benchmark.cost import drawn
-from pmwvc_core.controllers.library import LIBRARY, RECORDS
+from pmwvc_core.controllers.library import RECORDS
 from pmwvc_core.plugins import installed
 
 Settings = tuple[str, ...]  # name=value texts, as for --set
@@ -28,6 +28,20 @@ STRICT = (
     "master.position.adapts=true",
     "master.position.storage_j=0.005",
 )
+
+
+# Of controllers without waves: least and largest value searched, by parameter.
+OWN = {
+    "virtual_coupling": {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)},
+    "tdpa": {
+        "damping": (0.3, 20.0), "damping_max": (5.0, 100.0), "fade_s": (1e-3, 0.05),
+        "drift_share": (0.01, 0.5),
+    },
+    "pspm": {
+        "stiffness": (50.0, 3000.0), "damping": (0.3, 10.0), "initial_j": (2e-3, 0.2),
+        "cap_j": (2e-3, 0.2),
+    },
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -48,9 +62,8 @@ class Method:
 
 
 def _baseline(name: str) -> Method:
-    """Return a controller without waves as a method: its own ranges are those of its record."""
-    rule = LIBRARY[name].rule
-    own = rule.ranges.items() if rule else ()
+    """Return a controller without waves as a method."""
+    own = OWN.get(name, {}).items()
     ranges = ((f"baseline.{name}.{leaf}", low, high) for leaf, (low, high) in own)
     return Method(name, (f"controller={name}",), (*ranges, SILENCE))
 

@@ -10,7 +10,7 @@ from typing import Any
 from pmwvc_core.account import Entry
 from pmwvc_core.controllers import accounts
 from pmwvc_core.controllers import record as rules
-from pmwvc_core.controllers.record import HELD, Controller, Rule
+from pmwvc_core.controllers.record import HELD, Controller
 from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.couplings import AvatarSeen, Direct, Held, VirtualCoupling
 from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm
@@ -56,7 +56,7 @@ VIRTUAL_COUPLING = Controller(
     avatar_rest=lambda p, axes: NOTHING,
     linear="virtual_coupling",
     coupling=HELD,
-    rule=Rule(rules.check_virtual_coupling, {"stiffness": (30.0, 2000.0), "damping": (0.3, 15.0)}),
+    rule=rules.check_virtual_coupling,
 )
 TDPA = Controller(
     name="tdpa",
@@ -67,15 +67,7 @@ TDPA = Controller(
     device_rest=lambda p, axes: TdpaEnd((0.0,) * axes),
     avatar_rest=lambda p, axes: TdpaEnd(()),
     linear=None,  # without its dissipation nothing of it is left
-    rule=Rule(
-        rules.check_tdpa,
-        {
-            "damping": (0.3, 20.0),
-            "damping_max": (5.0, 100.0),
-            "fade_s": (1e-3, 0.05),
-            "drift_share": (0.01, 0.5),
-        },
-    ),
+    rule=rules.check_tdpa,
     coupling=replace(HELD, moves=forward),
     accounts=accounts.OF_TDPA,
 )
@@ -88,15 +80,7 @@ PSPM = Controller(
     avatar_rest=lambda p, axes: ModulatedSpring((0.0,) * axes, p.initial_j),
     linear="virtual_coupling",  # with tanks that are never empty
     coupling=HELD,
-    rule=Rule(
-        rules.check_pspm,
-        {
-            "stiffness": (50.0, 3000.0),
-            "damping": (0.3, 10.0),
-            "initial_j": (2e-3, 0.2),
-            "cap_j": (2e-3, 0.2),
-        },
-    ),
+    rule=rules.check_pspm,
     storage_j=lambda _, baseline: 2.0 * float(baseline.pspm.initial_j),  # [J] of both tanks
     accounts=accounts.OF_PSPM,
 )

@@ -94,15 +94,6 @@ HELD = Coupling(
 )
 
 
-class Rule(NamedTuple):
-    """The rule that the parameters in the group ``baseline.*`` of a controller's name should meet,
-    and the ranges of a search.
-    """
-
-    check: Callable[[Any, Loop], Margins]  # by how much parameters meet the rule
-    ranges: Mapping[str, tuple[float, float]]  # least and largest value searched, by parameter
-
-
 @dataclass(frozen=True, kw_only=True)
 class Controller(Record):
     """A controller: the laws of its ends, and its properties."""
@@ -128,7 +119,8 @@ class Controller(Record):
     params: type | None = None
     # from the state of either law, the accounts that it keeps [J], in the order of ``accounts``
     energies: Callable[[Any], tuple[float, ...]] = lambda s: ()
-    rule: Rule | None = None  # for tuning; None without parameters of its own
+    # by how much its parameters, in ``baseline.*``, meet its tuning rule; None where it has none
+    rule: Callable[[Any, Loop], Margins] | None = None
     # energy that the two ends of a user hold at the start by their parameters [J]
     storage_j: Callable[[MasterParams, BaselineParams], float] = lambda master, baseline: 0.0
     # how its own server end couples avatars and object; None: as ``server.coupling`` (waves only)
@@ -146,4 +138,4 @@ class Controller(Record):
 
     def check(self, baseline: BaselineParams, loop: Loop) -> Margins:
         """Return by how much parameters meet the tuning rule; nothing without a rule."""
-        return self.rule.check(getattr(baseline, self.name), loop) if self.rule else {}
+        return self.rule(getattr(baseline, self.name), loop) if self.rule else {}
