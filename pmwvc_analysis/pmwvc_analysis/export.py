@@ -39,6 +39,13 @@ def declared(kind: type) -> dict[str, Field]:
     return {name: Field(*texts) for name, texts in found if texts}
 
 
+OF_CONTACT = {
+    "time_s": Field("s", "time since the start of the session"),
+    **dict.fromkeys(("body", "other"), Field("", "two bodies of a scene that touch")),
+    "x": Field("m", "where, in the scene's frame"), "f": Field("N", "force on the other"),
+}  # fmt: skip
+
+
 class Table(NamedTuple):
     """Columns that have the same rows, and what they mean."""
 
@@ -86,6 +93,13 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
     poses = {f"pose_{name}": rows for name, rows in server.poses.items()}
     of_poses = dict.fromkeys(poses, Field("m, -", "x y z, quaternion w x y z of a body"))
     yield Table("server", {**whole, **accounts, **poses}, {**meanings, **kept, **of_poses})
+    if len(server.contacts):
+        rows, first, second, *vectors = server.contacts.T
+        names = np.array([*server.poses, "fixed"])
+        touching = {"time_s": server.time_s[rows.astype(int)]}
+        touching |= {"body": names[first.astype(int)], "other": names[second.astype(int)]}
+        touching |= {"x": np.stack(vectors[:3], 1), "f": np.stack(vectors[3:], 1)}
+        yield Table("contacts", touching, OF_CONTACT)
     for index, user in enumerate(server.users):
         own = {name: np.asarray(getattr(server, name)[index]) for name in OF_USERS}
         own["contact"] = own["contact"].astype(np.uint8)

@@ -10,6 +10,7 @@ from support import linear_loops
 
 from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.any_delay import any_delay
+from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
@@ -100,16 +101,14 @@ def test_users_with_other_matrices_at_their_ends_keep_the_object_in_balance():
 
 def test_a_matrix_is_predicted_by_its_own_model():
     values = {"link__delay_s": 0.008}
-    found = prediction(coupled(**values), live=False)
-    each = [
-        prediction(linear_loops.scenario(master__impedance=b, **values), live=False)
-        for b in EIGENVALUES
-    ]
+    scenario = coupled(**values)
+    alone = [linear_loops.scenario(master__impedance=b, **values) for b in EIGENVALUES]
+    found, *each = (prediction(one, live=False) for one in (scenario, *alone))
     largest = max(one["spectral_radius"] for one in each)
     assert found["spectral_radius"] == pytest.approx(largest, abs=1e-9)
     assert found["stable"] is True
-    limits = [one["k_max"] or np.inf for one in each]
-    assert (found["k_max"] or np.inf) == pytest.approx(min(limits), rel=1e-3)
+    limit, *limits = (k_max(one).first or np.inf for one in (scenario, *alone))
+    assert limit == pytest.approx(min(limits), rel=1e-3)
 
 
 def test_a_late_coupling_is_not_proved_for_a_matrix():
