@@ -60,6 +60,11 @@ def test_only_a_replay_whose_every_tick_was_compared_is_exact(found, same, said)
     assert ("is exact" in text) == (said == CASES[0][2])
 
 
+def by_topic(messages):
+    topics = dict.fromkeys(each.topic for each in messages)
+    return {topic: [each for each in messages if each.topic == topic] for topic in topics}
+
+
 def message(at_s, topic, kind, content):
     at_ns = round(at_s * 1e9)
     return RawMessage(topic, kind, at_ns, at_ns, serialize_message(content))
@@ -93,7 +98,7 @@ def test_targets_are_read_as_the_master_took_them():
         target(1.6, 0.5, user="user2"),
         target(1.7, 0.6)._replace(data=b"\0\1\0\0"),
     ]
-    found = hand_targets(messages, zero_ns=10**9)
+    found = hand_targets(by_topic(messages), zero_ns=10**9)
     assert sorted(found) == ["user1", "user2"]
     np.testing.assert_allclose(found["user1"].time_s, [0.0, 0.1, 0.2, 0.3, 0.6])
     expected = [[0.01, 0.02, 0.03], [0.02, 0.04, 0.06], [math.nan] * 3, [math.nan] * 3]
@@ -112,7 +117,7 @@ def test_orientations_of_targets_are_turns_since_the_identity_added_up():
     messages.insert(3, held(0.16, True))
     q = Rotation.from_rotvec([0.3, 0.0, 0.0]) * Rotation.from_rotvec(turns[-1])
     messages.append(target(0.4, 0.01, turn=q.as_rotvec()))
-    found = hand_targets(messages, zero_ns=0)["user1"]
+    found = hand_targets(by_topic(messages), zero_ns=0)["user1"]
     added = [[0, 0, 2], [0, 0, 4], [0, 0, 4], [0, 0, 7], [0.3, 0, 7]]
     np.testing.assert_allclose(found.turn, added, atol=1e-12)
     six = SimpleNamespace(server=ServerParams(lever_m=0.1), dof=6)
