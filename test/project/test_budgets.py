@@ -73,12 +73,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_842,
+        3_841,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_094,
+        3_098,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),

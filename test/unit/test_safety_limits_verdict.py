@@ -180,3 +180,5 @@ def test_what_has_not_come_by_the_end_is_waited_for():
     last_s = packets.time_s[-1]
     assert waited([packets], 2.0, 4.0) == pytest.approx((4.0 - last_s) / 2.0)
     assert waited([packets], 2.0, 10.0) == 0.0  # nobody is there any more
+    packets.time_s[-1] = 5.0  # it came after the end that is judged
+    assert waited([packets], 3.0, 4.0) == pytest.approx(4.0 - packets.time_s[-2])

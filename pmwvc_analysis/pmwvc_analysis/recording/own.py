@@ -22,6 +22,7 @@ before it counts too.
 """
 
 import itertools
+import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -68,12 +69,15 @@ def decoded(raw: RawMessage, message: Any) -> Decoded:
 def arrived_ns(messages: Sequence[Decoded | RawMessage]) -> Integers:
     """Return when the messages of a topic arrived, as well as it is known [ns]: when they were
     published, as the recorder may have to wait for the processor longer than who needs them. But
-    it is when they were recorded where the clocks differ, or one was set.
+    it is when they were recorded where the clocks differ by more than the recorder was late, or
+    one was set.
     """
     times = [(each.log_ns, each.publish_ns) for each in messages]
     recorded, published = np.array(times, dtype=float).reshape(-1, 2).T
-    soon = 0.0 <= (recorded - published).min(initial=TRUSTED_NS) < TRUSTED_NS
-    place = 1 if soon and (np.diff(published) > -TRUSTED_NS).all() else 0
+    late_ns = recorded - published
+    soonest_ns, latest_ns = late_ns.min(initial=math.inf), late_ns.max(initial=-math.inf)
+    one_clock = 0.0 <= soonest_ns < max(TRUSTED_NS, latest_ns - soonest_ns)
+    place = 1 if one_clock and (np.diff(published) > -TRUSTED_NS).all() else 0
     return np.array([each[place] for each in times], dtype=np.uint64).astype(np.int64)
 
 

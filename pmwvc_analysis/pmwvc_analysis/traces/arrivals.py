@@ -37,9 +37,8 @@ def _waited_s(packets: PacketTraces, start_s: float, end_s: float) -> float:
     times_s, due_s = packets.time_s[newest], packets.period_s[newest]
     if len(newest) and 0.0 < end_s - times_s[-1] < GONE_S:
         times_s, due_s = np.append(times_s, end_s), np.append(due_s, due_s[-1])
-    gaps_s, due_s = np.diff(times_s), due_s[1:]
-    late = (gaps_s > (1.0 + LATE) * due_s) & (times_s[1:] > start_s)
-    return float((times_s[1:] - np.maximum(times_s[:-1], start_s))[late].sum())
+    late = np.diff(times_s) > (1.0 + LATE) * due_s[1:]
+    return float(np.diff(np.clip(times_s, start_s, end_s))[late].sum())
 
 
 def left_out(traces: SessionTraces, scenario: Scenario | None) -> dict[str, float]:
