@@ -79,7 +79,11 @@ def test_skipped_ticks_are_a_stall_and_no_hole():
     (stall,) = [e for e in complete(traces, handmade.scenario()) if e["kind"] == "stall"]
     assert stall["who"] == "user1 master"
     assert "no ticks for 0.300 s" in stall["what"]
-    judged = summary(traces, handmade.scenario())["users"]
+    found = summary(traces, handmade.scenario())
+    judged, said = found["users"], [line["text"] for line in found["verdict"]]
+    due = len(user.tick) + 300
+    assert [text for text in said if text.startswith(f"user1: 300 of {due} ticks did not run")]
+    assert not any("ticks did not run" in text for text in said if text.startswith("user2"))
     assert [each["ticks_skipped"] for each in judged] == [300, 0]
     assert [each["ticks_missing"] for each in judged] == [0, 0]
     ran = len(user.tick) - 1

@@ -45,6 +45,7 @@ IMPACT_S = 0.5  # the longest way of an impact back to the hand, and its bounces
 TOUCH_N = 0.02  # from which on an avatar without contacts touches
 BACK_S = 1.0  # to be coupled again after what the scenario takes away
 BREAK_S = 0.1  # without force or coupling: as long as a grip takes to react to a load
+SKIPPED = 0.01  # of the ticks: a loop that skips more does not hold its rate
 LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling
 # Limits that took over.
 LIMITED = {"N": 1e-3, "N m": 5e-5}  # by which a force or torque differs that was limited

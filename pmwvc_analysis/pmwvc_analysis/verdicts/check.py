@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.budget.criterion import together
-from pmwvc_analysis.traces.thresholds import BLOW_N, BREAK_S, LEAST_COUPLED
+from pmwvc_analysis.traces.thresholds import BLOW_N, BREAK_S, LEAST_COUPLED, SKIPPED
 from pmwvc_core.words import count
 
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
@@ -50,6 +50,10 @@ def lines(summary: dict[str, Any]) -> Iterator[Line]:
             yield Line(False, f"{user['name']}: {text}.", fails=True)
     for user in summary["users"]:
         name, events = user["name"], summary["events"]
+        skipped, due = user["ticks_skipped"], user["ticks"] + user["ticks_skipped"]
+        if skipped > SKIPPED * due:
+            busy = "as on a machine that is busy or too slow ('pmwvc doctor' examines it)"
+            yield Line(False, f"{name}: {skipped} of {due} ticks did not run, {busy}.")
         yield from _reported(name, [e for e in events if e["who"] == f"{name} master"], TAKEN)
         if user["kept_apart"]:
             yield Line(None, f"{name}, at the end: {user['kept_apart']}.")
