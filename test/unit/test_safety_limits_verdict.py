@@ -55,12 +55,16 @@ def test_being_braked_for_long_is_named_as_safety(blocks, instability):
     assert judged(traces) == instability
 
 
-def test_force_shortened_again_and_again_is_named_as_safety():
+def shortened_again_and_again():
     traces = session()
     user = traces.users[0]
     shortened = np.sin(2 * np.pi * 5.0 * user.time_s) > 0.5
     user.f_applied = np.where(shortened[:, np.newaxis], 0.5 * user.f_m, user.f_m)
-    assert judged(traces) == "limited by safety"
+    return traces
+
+
+def test_force_shortened_again_and_again_is_named_as_safety():
+    assert judged(shortened_again_and_again()) == "limited by safety"
 
 
 @pytest.mark.parametrize(
@@ -112,10 +116,7 @@ def with_late_packets(traces):
 
 def test_force_limited_beside_late_packets_is_not_judged():
     """A blow after each of them is the network's, or that of a machine that stalls."""
-    traces = session()
-    user = traces.users[0]
-    shortened = np.sin(2 * np.pi * 5.0 * user.time_s) > 0.5
-    user.f_applied = np.where(shortened[:, np.newaxis], 0.5 * user.f_m, user.f_m)
+    traces = shortened_again_and_again()
     assert judged(traces) == "limited by safety"
     found = verdict(with_late_packets(traces), handmade.scenario())
     assert found.stable is None and "the force was limited" in found.why

@@ -37,11 +37,14 @@ def exact(scenario: Scenario, *, live: bool) -> Exact:
     return Exact(radius, growth_per_s, model.motions, model.count, model.ticks)
 
 
+limit_of = lru_cache(maxsize=64)(stability.k_max)  # numbers and sentences ask for it
+
+
 def answer(scenario: Scenario, *, live: bool = False) -> dict[str, Any]:
     """Return the document of ``--json``: ``k_max`` is None where nothing up to ``k_max_bound`` is
     unstable, unless ``k_max_unknown`` says why; ``islands`` are stable ranges above.
     """
-    found, limit = exact(scenario, live=live), stability.k_max(scenario, live=live)
+    found, limit = exact(scenario, live=live), limit_of(scenario, live=live)
     return {
         "scenario": scenario.name,
         "live": live,
@@ -57,7 +60,7 @@ def answer(scenario: Scenario, *, live: bool = False) -> dict[str, Any]:
 
 def sentences(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the same in words."""
-    found, limit = exact(scenario, live=live), stability.k_max(scenario, live=live)
+    found, limit = exact(scenario, live=live), limit_of(scenario, live=live)
     word = "stable" if found.stable else "NOT stable"
     lines = [f"{scenario.name}: {word}, spectral radius {found.spectral_radius:.7g}"]
     if found.growth_per_s is not None:
