@@ -8,7 +8,7 @@ setup(
     name=name,
     version="0.1.0",
     packages=find_packages(include=[name, f"{name}.*"]),
-    package_data={"": ["py.typed", "*.html", "*.j2", "*.css", "*.js"]},
+    package_data={"": ["py.typed", "*.html", "*.j2", "*.css", "*.js", "*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),

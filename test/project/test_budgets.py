@@ -50,7 +50,7 @@ ROOMS = {
         ),
     ),
     "links and packets": Room(
-        2_287, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
+        2_197, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
         4_753,
