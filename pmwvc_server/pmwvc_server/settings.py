@@ -82,7 +82,7 @@ class ServerSettings:
         if new != old and any(coupling.black_box for coupling in couplings):
             raise ParameterError(f"server.coupling = {new.coupling!r}: {FIXED}")
         if (new.coupling, new.integrator) != (old.coupling, old.integrator):
-            coupling_of(new, ())
+            coupling_of(new)
         strict = is_strict(self.controller, self.channel)
         fixed = why_fixed(PERIOD, strict=strict, server=new, coupling=couplings[1])
         if fixed and new.period_s != old.period_s:

@@ -9,13 +9,10 @@ from support import plain as scenarios
 from support.law_rigs import Users
 from support.laws import as_written
 
-from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.impedance import MatrixImpedance
-
-COUPLED = ImplicitCoupled(0)
 
 
 def wild(rng):
@@ -38,7 +35,7 @@ def wild(rng):
         port._replace(avatar=port.avatar._replace(impedance=made_impedance(b)))
         for port, b in zip(server.s.ports, impedances, strict=True)
     )
-    server.s, server.p = server.s._replace(ports=ports), server.p._replace(coupling=COUPLED)
+    server.s = server.s._replace(ports=ports)
     for user in range(users):
         server.join(user, rng.normal(0.0, 0.03, dof))
     return server

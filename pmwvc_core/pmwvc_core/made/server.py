@@ -22,7 +22,6 @@ from pmwvc_core.law.channel.packet import Packing
 from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
 from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
-from pmwvc_core.law.server.coupled_axes import ImplicitCoupled
 from pmwvc_core.law.server.coupling import Implicit, weights
 from pmwvc_core.law.server.server_port import EnvironmentParams, SharedScene, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
@@ -44,9 +43,7 @@ from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 
-def coupling_of(
-    server: ServerParams, users: Sequence["scenarios.User"], faults: Faults | None = None
-) -> Any:
+def coupling_of(server: ServerParams, faults: Faults | None = None) -> Any:
     """Return what closes the algebraic loop, that of another package contained, which counts its
     ``faults``; ParameterError where it cannot make its law (with the reason).
     """
@@ -54,10 +51,9 @@ def coupling_of(
     assert record.law is not None
     with refused(f"server.coupling = {record.name!r}"):
         law = record.law(*weights(server.integrator, server.period_s))
-    exact = ImplicitCoupled(0) if are_coupled(users) else Implicit(0)
     if record.name not in COUPLINGS.library:
-        return Contained(law, exact, faults or Faults("server.coupling", record.name))
-    return exact if isinstance(law, Implicit) else law
+        return Contained(law, Implicit(0), faults or Faults("server.coupling", record.name))
+    return law
 
 
 def object_of(server: ServerParams) -> BodyLaw:
@@ -115,9 +111,7 @@ def server_params(
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
-        environment = EnvironmentParams(
-            coupling_of(server, users, faults), object_of(server), strict
-        )
+        environment = EnvironmentParams(coupling_of(server, faults), object_of(server), strict)
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+import pmwvc_core.law.server.coupled_axes  # noqa: F401, laws of matrices: they join families
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.law.family import NOTHING, Nothing

@@ -13,6 +13,7 @@ from pkgutil import resolve_name
 from typing import Any
 
 from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
+from pmwvc_core.law.black_box.met import MetObject, MetSoftBody
 from pmwvc_core.law.black_box.touched import FreeCube, Swing, Visitor, Wall
 from pmwvc_core.law.motion import Body, body_law
 from pmwvc_core.law.server.contacts import Contact
@@ -33,7 +34,8 @@ class Environment(Record):
     outside: Callable[[EnvironmentSetup], Any] | None = None
     known: bool = False  # whether every coupling knows its equations; else a black box only
     movable: bool = False  # whether it is an object that moves freely (``server.object_mass``)
-    sloped: bool = False  # whether it reports its slope, with which the loop is solved
+    # whether it reports its slope or answers an impedance, with which the loop is solved
+    sloped: bool = False
     with_slope: str | None = None  # name of the same one that does; None where there is none
     spring: bool = False  # whether each user touches a spring and damper that stand still
     contact_law: bool = True  # whether reports give K and B of the users' contacts with it
@@ -60,11 +62,25 @@ def _cube(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple
     return FreeCube(_wall(server, contacts, axes)[0].visitors, Body(rest, rest)), law
 
 
+def _met(
+    server: ServerParams, contacts: Sequence[Contact], axes: int, *, mass: bool = False
+) -> tuple[MetObject, Any]:
+    moved, damping = (server.object_mass, server.object_damping) if mass else (math.inf, 0.0)
+    visitors = _wall(server, contacts, axes)[0].visitors
+    law = body_law(moved, damping, server.period_s)
+    return MetObject(visitors, Body((0.0,) * axes, (0.0,) * axes)), law
+
+
 def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[SoftBody, Any]:
     soft, rest, face_m = server.hunt_crossley, (0.0,) * axes, 0.5 * server.object_size_m
     laws = [contact.law for contact in contacts]
     dents = tuple(Dent(False, 0.0, 0.0, law.stiffness, (law.inward, *rest[1:])) for law in laws)
     return SoftBody(dents, Body(rest, rest)), SoftBodyParams(soft.exponent, soft.damping, face_m)
+
+
+def _met_soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Any, Any]:
+    soft, params = _soft(server, contacts, axes)
+    return MetSoftBody(soft.visitors, soft.body), params
 
 
 CUBE = Environment(name="cube", made=_cube, linear="cube", known=True, movable=True)
@@ -74,6 +90,15 @@ WALL = Environment(
 )
 WALL_WITH_SLOPE = Environment(
     name="wall_with_slope", linear="wall_with_slope", sloped=True, **_OF_WALL
+)
+_WITH: dict[str, Any] = {"sloped": True, "linear": "wall_with_impedance"}
+CUBE_MET = Environment(
+    name="cube_with_impedance", made=partial(_met, mass=True), movable=True,
+    sloped=True, linear="cube_with_impedance",
+)  # fmt: skip
+WALL_MET = Environment(name="wall_with_impedance", made=_met, spring=True, **_WITH)
+SOFT_MET = Environment(
+    name="hunt_crossley_with_impedance", made=_met_soft, contact_law=False, **_WITH
 )
 HUNT_CROSSLEY = Environment(  # a soft body that stands still, F = K d^n (1 + c d')
     name="hunt_crossley", made=_soft, linear="wall", sloped=True, contact_law=False
@@ -101,7 +126,18 @@ MUJOCO = Environment(
 
 LIBRARY: Mapping[str, Environment] = {
     record.name: record
-    for record in (CUBE, WALL, WALL_WITH_SLOPE, HUNT_CROSSLEY, ACTIVE_WALL, BODY, MUJOCO)
+    for record in (
+        CUBE,
+        WALL,
+        WALL_WITH_SLOPE,
+        CUBE_MET,
+        WALL_MET,
+        SOFT_MET,
+        HUNT_CROSSLEY,
+        ACTIVE_WALL,
+        BODY,
+        MUJOCO,
+    )
 }
 PLUGINS = PluginGroup(
     "pmwvc.environments", "server.environment", "an environment", calls=(("step", "meet"),),

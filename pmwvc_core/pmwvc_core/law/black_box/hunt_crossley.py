@@ -50,16 +50,21 @@ def _visit(s: Dent, there: bool, begins: bool, position: Vector, centre: Vector)
 def _moved(
     s: SoftBody, positions: Vectors, velocities: Vectors, h: float, p: SoftBodyParams
 ) -> tuple[SoftBody, Vectors, float]:
-    """Return the forces, and the sum of K d^(n+1)/(n+1) [J]."""
     dents, forces = columns(each(_pressed, (s.visitors, positions, velocities), p))
+    return s._replace(visitors=dents), forces, dents_j(dents, p)
+
+
+def dents_j(dents: tuple[Dent, ...], p: SoftBodyParams) -> float:
+    """Return the sum of K d^(n+1)/(n+1) [J]."""
     stored_j, n = 0.0, p.exponent + 1.0
     for i in range(len(dents)):
         if dents[i].there:
             stored_j += dents[i].stiffness * dents[i].depth ** n / n
-    return s._replace(visitors=dents), forces, stored_j
+    return stored_j
 
 
-def _depth(s: Dent, position: Vector, p: SoftBodyParams) -> float:
+def depth_at(s: Dent, position: Vector, p: SoftBodyParams) -> float:
+    """Return the depth at a position; 0 outside [m]."""
     beneath = max(p.face + s.inward[0] * position[0], 0.0)
     return max(beneath - max(p.face + s.start, 0.0), 0.0)
 
@@ -67,15 +72,19 @@ def _depth(s: Dent, position: Vector, p: SoftBodyParams) -> float:
 def _pressed(s: Dent, position: Vector, xd: Vector, p: SoftBodyParams) -> tuple[Dent, Vector]:
     if not s.there:
         return s, zero(position)
-    depth = _depth(s, position, p)
-    damped = max(1.0 + p.damping * s.inward[0] * xd[0], 0.0)
-    force = scaled(s.inward, s.stiffness * depth**p.exponent * damped)
-    return s._replace(there=True, depth=depth), force
+    depth = depth_at(s, position, p)
+    push_n = pushes_n(s, depth, s.inward[0] * xd[0], p)
+    return s._replace(there=True, depth=depth), scaled(s.inward, push_n)
+
+
+def pushes_n(s: Dent, depth: float, rate: float, p: SoftBodyParams) -> float:
+    """Return the force inwards [N] at a depth [m] and a velocity inwards [m/s]."""
+    return s.stiffness * depth**p.exponent * max(1.0 + p.damping * rate, 0.0)
 
 
 @touched.local_line.member(Dent)
 def _line(s: Dent, position: Vector, weight_s: float, p: SoftBodyParams) -> tuple[Vector, Vector]:
-    depth = _depth(s, position, p)
+    depth = depth_at(s, position, p)
     if not s.there or depth <= 0.0:
         return zero(position), zero(position)
     elastic = s.stiffness * depth**p.exponent

@@ -98,7 +98,7 @@ def _wall(
     shift = minus(there, s.body.x)
     xd = scaled(shift, 1.0 / h)
     visitors, forces = columns(each(_pressed, (s.visitors, positions, velocities), shift, xd))
-    return Wall(visitors, Body(there, xd), time_s), forces, _springs_j(visitors)
+    return Wall(visitors, Body(there, xd), time_s), forces, springs_j(visitors)
 
 
 def _pressed(
@@ -120,7 +120,7 @@ def _cube(
     mean, answers, _ = columns(each(solved_axis, (rows, s.body.xd), p))
     body, _ = drifted(s.body, mean, p)
     visitors, forces = columns(each(_carried, (s.visitors, positions, columns(answers)), h))
-    return FreeCube(visitors, body), forces, _springs_j(visitors) + kinetic_j(body, p)
+    return FreeCube(visitors, body), forces, springs_j(visitors) + kinetic_j(body, p)
 
 
 def _rows(s: Visitor, position: Vector, h: float) -> tuple[Row, ...]:
@@ -150,7 +150,8 @@ def _line(s: Visitor, position: Vector, weight_s: float, p: Any) -> tuple[Vector
     return force, plus(rise, filled(rest, contact.law.stiffness * weight_s))
 
 
-def _springs_j(visitors: tuple[Visitor, ...]) -> float:
+def springs_j(visitors: tuple[Visitor, ...]) -> float:
+    """Return the energy in all contacts [J]."""
     stored_j = 0.0
     for i in range(len(visitors)):
         stored_j += contact_energy(visitors[i].contact)  # of one who left: none

@@ -22,10 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.motion import Body, BodyLaw, imbalance, mobility
-from pmwvc_core.law.server.contacts import Avatar, Contact, couple, touching
-from pmwvc_core.law.server.coupling import Step, carried, solved_contact
+from pmwvc_core.law.server.contacts import Avatar, Contact, touching
+from pmwvc_core.law.server.coupling import Step, carried, implicit, solved_contact
 from pmwvc_core.law.server.springs import ROUNDING, Spring, Yield, loop_force, spring_answer
 from pmwvc_core.law.vectors import Vector, dot, each, length, minus, plus, scaled, times, zero
 from pmwvc_core.law.wave.wave import ImpedanceMatrix, Rows, applied, free_velocity, loaded, outer
@@ -116,10 +115,6 @@ CUTS = 50  # of one line search
 FLAT = 0.5  # of g(0): the line search is done
 
 
-class ImplicitCoupled(Nothing):
-    """The coupling; it has no parameters. All avatars' impedances are matrices."""
-
-
 class Looked(NamedTuple):
     """The equation at one velocity."""
 
@@ -131,8 +126,8 @@ class Looked(NamedTuple):
     close: bool  # to what is taken
 
 
-@couple.member(ImplicitCoupled)
-def _implicit(p: ImplicitCoupled, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+@implicit.member(ImpedanceMatrix)
+def _implicit(b: ImpedanceMatrix, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     here = _look(avatars, body.xd, body.xd, law)
     for _ in range(STEPS):
         if here.settled:

@@ -56,8 +56,18 @@ class Implicit(Nothing):
     """The coupling; it has no parameters."""
 
 
+# (impedance, avatars, body, law) -> step: the same kind for all, a number or a matrix
+implicit = Family("implicit")
+
+
 @couple.member(Implicit)
 def _implicit(p: Implicit, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
+    found: Step = implicit(avatars[0].impedance, avatars, body, law)
+    return found
+
+
+@implicit.member(Impedance)
+def _alone(b: Impedance, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Step:
     rows = columns(each(_rows, (avatars,)))
     velocity, answers, settled = columns(each(solved_axis, (rows, body.xd), law))
     of_avatars = each(_by_axis, (columns(answers),))
