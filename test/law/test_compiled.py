@@ -47,6 +47,8 @@ BOXES = (
     ("active_wall", "printed"),
     ("wall_with_slope", "corrected"),
     ("hunt_crossley", "none"),
+    ("cube_with_impedance", "ledger"),
+    ("hunt_crossley_with_impedance", "none"),
 )
 WITHOUT_WAVES = (("virtual_coupling", 1), ("tdpa", 2), ("pspm", 1))
 

@@ -36,6 +36,10 @@ SCENARIOS = (
     "carry_16ms", "carry_16ms", "wall", "wall", "cube_3d", "active_wall", "wall_slow",
     "three_users", "playback", "wall_local_model", "stiff_24ms", "degrading",
 )  # fmt: skip
+PLACES = (
+    "wall", "wall_with_slope", "wall_with_impedance", "cube_with_impedance", "hunt_crossley",
+    "hunt_crossley_with_impedance", "active_wall",
+)  # fmt: skip
 PRESETS = ("lan", "transatlantic", "wifi_good", "wifi_campus", "lte", "leo", "geo", "torture")
 CHANGES = (
     "2 server.contact_stiffness=3000", "2 link.delay_s=0.05", "2 safety.max_force=2",
@@ -142,7 +146,7 @@ def drawn(seed, data):
             hand(d, data)
         d.maybe(0.7, task__grip_s=0.3, task__grip_rise_s=0.5, task__move_s=1.5)
         if waves and name in ("wall", "wall_slow") and d.happens(0.3):
-            place = d.one_of("wall", "wall_with_slope", "hunt_crossley", "active_wall")
+            place = d.one_of(*PLACES)
             d.maybe(1.0, server__coupling="unknown", server__environment=place)
             d.maybe(
                 0.5, server__decoding="late", server__compensation=d.one_of("none", "corrected")
