@@ -23,7 +23,7 @@ from pmwvc_core.law.port.master import (
     port_tick,
 )
 from pmwvc_core.law.server.server_port import Came, environment_step, joined, left
-from pmwvc_core.law.vectors import dot, each, plus
+from pmwvc_core.law.vectors import dot, each, plus, scaled
 from pmwvc_core.law.wave.wave import affordable, repayment
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import made_user
@@ -111,7 +111,8 @@ def played_box(p, box, avatars, axes):
     for n in range(STEPS):
         start, velocity = each(swung, (axes,), n), each(swinging, (axes,), n)
         environment = visited(environment, (n < 100,), (n == 0,), (start,))
-        environment, reply = exchange(environment, avatars, (start,), (velocity,), p)
+        pushes = (avatars[0]._replace(u=scaled(velocity, 9.0)),)
+        environment, reply = exchange(environment, pushes, (start,), (velocity,), p)
         wave = Pair(velocity, reply.forces[0], -dot(reply.forces[0], velocity))
         compensation, sent = compensated(compensation, (wave,), reply.stored_j, p.compensation)
         forces, waves = plus(forces, reply.forces[0]), plus(waves, sent[0])

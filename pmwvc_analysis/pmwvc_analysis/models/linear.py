@@ -129,7 +129,7 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
         yield _element("server.compensation", compensation.name, compensation.linear)
     if environment.linear != environment.name:
         nearest = environment_of(str(environment.linear))
-        instead = nearest.with_slope if server.learns else nearest.name
+        instead = (server.learns and nearest.with_slope) or environment.linear
         yield _element("server.environment", environment.name, instead)
     elif server.learns and not environment.sloped:
         slope = environment.with_slope
