@@ -150,7 +150,8 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
     server, axes, name = session.server, session.dof, session.server.environment
     own = getattr(session.own, name, None)
     sides, contacts = zip(*((user.side, user.contact) for user in users), strict=True)
-    setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own)
+    b = tuple(user.server_impedance * np.eye(axes) for user in users)
+    setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own, b)
     outside = environment_of(name).outside
     assert outside is not None
     environment: BlackBox = outside(setup)
@@ -158,7 +159,7 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
         where = f"server.environment = {name!r} answers an impedance"
         if server.integrator != "backward_euler":
             raise ParameterError(f"{where}: set server.integrator = backward_euler")
-        if are_coupled(users):
+        if are_coupled(users) and not getattr(environment, "couples", False):
             raise ParameterError(f"{where}, one number for all axes: remove impedance_matrix")
     return environment
 

@@ -22,6 +22,7 @@ at the port as exactly as the forces do (:mod:`.newton`). Equations: docs/theory
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
@@ -31,7 +32,7 @@ from pmwvc_core.scenes.kinematics import Poses, Shape, by_velocities, moved, poi
 from pmwvc_core.scenes.newton import Trial, balanced
 from pmwvc_core.scenes.pressing import Points, pressed, stored_j
 from pmwvc_core.scenes.turning import cross
-from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.server.black_box import EnvironmentSetup, matrices_of
 
 POINTS = 3  # of a pad
 TABLE_N_M, TABLE_S, SINKS = 2e4, 0.002, 0.025  # at least; damping of it; most of half the box
@@ -44,6 +45,8 @@ class Box:
     """The box of ``server.object_mass``, as long as ``server.object_size_m`` along axis 0, on a
     table where it begins; ``position``, ``velocity``, ``(dof,)``, are those of the box.
     """
+
+    couples = True
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         if setup.dof not in (3, 6):
@@ -158,25 +161,26 @@ class Box:
         wanted = np.append(np.zeros(6), drive * scale)
         wanted[2] = -self._weight_n
         wanted[:6] += 2.0 / dt * self._masses * self._rates
-        resists = np.append(2.0 / dt * self._masses, np.outer(impedance, scale**2))
-        inertia, shape = self._masses[3:], self._shape
+        of_box = np.diag(2.0 / dt * self._masses)
+        resists = block_diag(of_box, *(matrices_of(impedance, self._dof) * np.outer(scale, scale)))
+        inertia, shape, along = self._masses[3:], self._shape, resists.diagonal()
 
         def tried(x: Array, bound: Array | None) -> Trial:
             poses = moved(self._poses, x, dt, shape)
             mean = Poses(*(0.5 * (a + b) for a, b in zip(self._poses, poses, strict=True)))
             after = pressed(begun, points_at(poses, shape) - at, dt, bound)
             by = by_velocities(mean, shape)
-            missing = resists * x - wanted + after.force.ravel() @ by.reshape(-1, len(x))
+            missing = resists @ x - wanted + after.force.ravel() @ by.reshape(-1, len(x))
             missing[3:6] += cross(x[3:6]) @ (inertia * x[3:6])
 
             def slope() -> Array:
-                w, found = x[3:6], np.diag(resists)
+                w, found = x[3:6], resists.copy()
                 found[3:6, 3:6] += cross(w) * inertia - cross(inertia * w)
                 return found + slope_of(after, by, w, mean, dt, shape)
 
             return Trial(x, missing, slope, after, poses)
 
-        x, *_, after, poses = balanced(tried, self._guess, resists, wanted, begun.friction)
+        x, *_, after, poses = balanced(tried, self._guess, along, wanted, begun.friction)
         self._rates = 2.0 * x[:6] - self._rates
         self._poses, self._guess, self._forces = poses, x, after.force
         self._points = begun._replace(bristle=after.bristle)

@@ -32,6 +32,7 @@ IMPRATIO = 100.0
 SOLREF = (4e-3, 1.0)  # twice as slow as the fastest that the solver allows
 SOLIMP = (0.998, 0.9995, 0.001, 0.5, 2.0)  # 2 N sink 0.06 mm
 OVERRIDES = 1e6  # weight of a contact's parameters against those of the other geom
+ROUNDING = 1e-9
 LARGEST_RATIO = 1e4  # of two masses
 
 
@@ -43,7 +44,8 @@ class Grasp(NamedTuple):
     dofs: slice
     geoms: tuple[int, ...]
     is_finger: bool
-    home: Array  # (3,) [m] of a finger: its slides for a device at zero
+    home: Array  # (3,) [m] of a finger: where it is for a device at zero, from its body
+    axes: Array  # (3, 3) of the slides, in columns: those of the impedance
 
 
 class SceneModel(NamedTuple):
@@ -84,8 +86,9 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
             name=bodies[user].name, type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=FINGER_KG,
             size=[server.finger_m, 0.0, 0.0], friction=[0.0, 0.0, 0.0],
         )  # fmt: skip
-    for body in bodies:
-        for axis in np.eye(3):
+    all_axes = _axes(setup)
+    for axes, body in zip(all_axes, bodies, strict=True):
+        for axis in axes.T:
             body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         if setup.dof == AXES:
             body.add_joint(type=mujoco.mjtJoint.mjJNT_BALL)
@@ -110,8 +113,21 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         home = data.xipos[shown] + out - data.xpos[body.id]
         ball = slice(first + 3, first + (7 if setup.dof == AXES else 3))
         joints = slice(first, first + 3), ball, slice(dof, dof + setup.dof)
-        held.append(Grasp(*joints, geoms, not server.handles, home))
+        held.append(Grasp(*joints, geoms, not server.handles, home, all_axes[user]))
     return SceneModel(model, tuple(held), shown, {"files": files_of(file), "options": options})
+
+
+def _axes(setup: EnvironmentSetup) -> list[Array]:
+    """Return the slides' axes of every user; armature has one number along each."""
+    impedances = setup.impedances or (np.eye(setup.dof),) * setup.users
+    for b in impedances:
+        turning = b - b[-1, -1] * np.eye(setup.dof)
+        if np.abs(turning[3:]).max(initial=0.0) > ROUNDING * np.abs(b).max():
+            raise ParameterError(
+                "impedance_matrix: in a scene of MuJoCo axes 4 to 6 have one number, and nothing "
+                "couples them with axes 1 to 3: a ball joint resists alike about every axis"
+            )
+    return [np.linalg.eigh(b[:3, :3])[1] for b in impedances]
 
 
 def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:

@@ -30,7 +30,7 @@ from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.quaternions import IDENTITY, carried, turn_between
 from pmwvc_core.scenes.description import described
 from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_model
-from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.server.black_box import EnvironmentSetup, applied, matrices_of
 
 OVERLAP_M = 1e-4  # that is none
 SETTLE_S = 2.0
@@ -44,6 +44,8 @@ class MujocoScene:
     ``(dof,)``, are those of the first body that moves, from where it began.
     """
 
+    couples = True
+
     def __init__(self, setup: EnvironmentSetup) -> None:
         self._mujoco, self._dof, self._lever_m = import_mujoco(), setup.dof, setup.server.lever_m
         self._scale = np.repeat([1.0, self._lever_m], 3)[: self._dof]  # of ports' axes to bodies'
@@ -56,6 +58,9 @@ class MujocoScene:
         self._place = np.where(moving, np.cumsum(moving) - 1, -1)  # among those that move
         self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
         self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
+        self._axes[:, :3, :3] = [held.axes for held in self.held]
+        self._slides = self._axes.copy()  # b is the same about all axes of a ball
+        self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
         self._whose = np.full(self.model.ngeom, -1)
         for user, held in enumerate(self.held):
             self._whose[list(held.geoms)] = user
@@ -102,7 +107,7 @@ class MujocoScene:
         """Put a finger where the avatar is, ``(dof,)`` [m]; a handle is taken where it is."""
         held = self.held[user]
         if held.is_finger:
-            self.data.qpos[held.qpos] = held.home + position[:3]
+            self.data.qpos[held.qpos] = (held.home + position[:3]) @ held.axes
             if self._dof == AXES:
                 turned = carried(IDENTITY, (position[3:] / self._lever_m).tolist())
                 self.data.qpos[held.ball] = np.roll(turned, 1)  # w is first, in MuJoCo
@@ -119,50 +124,46 @@ class MujocoScene:
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
         """Go on by ``dt`` [s] (:class:`pmwvc_core.server.black_box.BlackBox`)."""
-        model, data = self.model, self.data
+        model, data, impedance = self.model, self.data, matrices_of(impedance, self._dof)
         steps = math.ceil(dt / min(SUB_STEP_S, model.opt.timestep) - 1e-9)
         model.opt.timestep = dt / steps
+        along = (self._slides.swapaxes(1, 2) @ impedance @ self._slides).diagonal(0, 1, 2)
+        along = along * self._scale**2
         for user, held in enumerate(self.held):
             if self._there[user]:
-                self._weigh(held, impedance[user] * model.opt.timestep * self._scale**2)
+                self._weigh(held, model.opt.timestep * along[user])
                 self._inside[user] = self._inside[user] and self._comes_out(user)
         before = data.qpos.copy()
-        rates, touched = self._sub_steps(drive, impedance, steps)
+        rates, touched = self._sub_steps(drive * self._scale, along, steps)
         self._require_motion()
         for user, held in enumerate(self.held):
             if self._there[user] and held.is_finger and user not in touched:
-                rates[user] = drive[user] / impedance[user]
+                rates[user] = np.linalg.solve(impedance[user], drive[user])
                 self._move_freely(user, before, rates[user] / self._scale, dt)
         self._mujoco.mj_kinematics(model, data)
         self.poses, self.contacts = self._poses(), self._contacts()
         self._show(dt)
         return rates
 
-    def _sub_steps(self, drive: Array, impedance: Array, steps: int) -> tuple[Array, set[int]]:
-        """Make sub-steps under the ports' forces; return mean velocities, and who touched."""
+    def _sub_steps(self, drive: Array, along: Array, steps: int) -> tuple[Array, set[int]]:
+        """Make sub-steps under the ports' forces, sqrt(2b) u in the world and b along the axes of
+        the handles; return mean velocities, and who touched.
+        """
         data, dofs = self.data, self._dofs
         absent = dofs[~np.array(self._there)]
-        damping, rates = impedance[:, None] * self._scale, np.zeros(drive.shape)
+        rates = np.zeros(drive.shape)
         touched: set[int] = set()
-        v = self._in_world(data.qvel[dofs])
+        self._note_axes()
         for _ in range(steps):
-            push = (drive - damping * v) * self._scale
-            data.qfrc_applied[dofs] = self._along_axes(push)
+            push = applied(self._axes.swapaxes(1, 2), drive) if self._apart else drive
+            data.qfrc_applied[dofs] = push - along * data.qvel[dofs]
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
-            v = self._in_world(data.qvel[dofs])
-            rates += v
+            self._note_axes()
+            v = data.qvel[dofs]
+            rates += applied(self._axes, v) if self._apart else v
             touched.update(self._whose[data.contact.geom].ravel().tolist())
         return self._scale / steps * rates, touched
-
-    def _in_world(self, v: Array) -> Array:
-        """Return velocities of the handles as they are, along the axes of the world."""
-        self._note_axes()
-        return v if self._dof != AXES else np.asarray((self._axes @ v[:, :, None])[:, :, 0])
-
-    def _along_axes(self, f: Array) -> Array:
-        """Return what is along the world's axes, along those of the handles."""
-        return f if self._dof != AXES else np.asarray((f[:, None] @ self._axes)[:, 0])
 
     def _note_axes(self) -> None:
         """Note the axes of motion of the handles: a ball's turn with it."""
@@ -176,7 +177,7 @@ class MujocoScene:
     def _move_freely(self, user: int, before: Array, v: Array, dt: float) -> None:
         """Move a finger as its port alone does, from the coordinates of before."""
         data, held = self.data, self.held[user]
-        data.qpos[held.qpos] = before[held.qpos] + dt * v[:3]
+        data.qpos[held.qpos] = before[held.qpos] + dt * v[:3] @ held.axes
         if self._dof == AXES:
             was = np.roll(before[held.ball], -1).tolist()
             data.qpos[held.ball] = np.roll(carried(was, (dt * v[3:]).tolist()), 1)

@@ -4,7 +4,7 @@
 
 ::
 
-    missing(x) = a x + g(x) - wanted + sum J^T phi(h J x) = 0
+    missing(x) = A x + g(x) - wanted + sum J^T phi(h J x) = 0
 
 with g . x = 0. A part of Newton's step is taken that comes nearer, or the whole one where none
 does: friction, bounded by mu F, has slopes of no potential. Where that does not settle (1 in 2000
@@ -40,8 +40,8 @@ def balanced(
     tried: Callable[[Array, Array | None], Trial], start: Array, resists: Array, wanted: Array,
     friction: Array,
 ) -> Trial:  # fmt: skip
-    """Return the trial that balances, from ``tried(x, bound)``; ``resists`` is a ``(k,)``, mu
-    ``(n,)``. RuntimeError where none was found.
+    """Return the trial that balances, from ``tried(x, bound)``; ``resists`` is A's diagonal,
+    ``(k,)``, mu ``(n,)``. RuntimeError where none was found.
     """
 
     def size(trial: Trial) -> float:

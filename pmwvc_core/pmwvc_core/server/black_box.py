@@ -43,6 +43,7 @@ class EnvironmentSetup:
     server: ServerParams
     contacts: tuple[ContactParams, ...]
     own: Any = None  # what the factory's attribute ``params`` declares
+    impedances: tuple[Array, ...] = ()  # of the users' ports, ``(dof, dof)`` [N s/m]
 
     @property
     def users(self) -> int:
@@ -56,8 +57,10 @@ class BlackBox(Protocol):
     ``meet(drive, impedance, dt) -> velocity``
         In place of ``step``: go on by ``dt`` [s] with the ports as part of the equations, which
         push with ``drive - impedance * velocity`` [N]. ``drive`` is ``(users, dof)`` [N],
-        ``impedance`` ``(users,)`` [N s/m]; return the mean velocities ``(users, dof)`` [m/s], by
-        which the avatars move. Such a loop has no delay and no bound.
+        ``impedance`` ``(users,)`` [N s/m], or where matrices couple the axes, which only an
+        environment with ``couples = True`` can meet, ``(users, dof, dof)``. Return the mean
+        velocities ``(users, dof)`` [m/s], by which the avatars move. Such a loop has no delay and
+        no bound.
 
     Besides it may have:
 
@@ -101,6 +104,16 @@ class Outside(NamedTuple):
     turned: Turned
 
 
+def matrices_of(impedance: Array, dof: int) -> Array:
+    """Return impedances of ports, numbers or matrices, as ``(users, dof, dof)`` [N s/m]."""
+    return impedance if impedance.ndim == 3 else impedance[:, None, None] * np.eye(dof)
+
+
+def applied(matrices: Array, rows: Array) -> Array:
+    """Return every user's matrix ``(users, n, n)`` times its row ``(users, n)``."""
+    return np.asarray((matrices @ rows[:, :, np.newaxis])[:, :, 0])
+
+
 @visited.member(Outside)
 def _visited(
     s: Outside, there: tuple[bool, ...], begins: tuple[bool, ...], positions: Vectors
@@ -131,10 +144,11 @@ def _answer(
     if hasattr(environment, "meet"):
         drive = np.array([rooted(a.impedance, a.u) for a in avatars])
         impedance = np.array([a.impedance.b for a in avatars])
+        b = matrices_of(impedance, start.shape[1])
         more = s.turned.repaying(s.places, s.there, h)
-        drive += impedance[:, np.newaxis] * more
+        drive += applied(b, more)
         velocity = signal(environment.meet(drive, impedance, h), start.shape, "meet")
-        force = drive - impedance[:, np.newaxis] * velocity
+        force = drive - applied(b, velocity)
         force[np.abs(force) < ROUNDING * np.abs(drive)] = 0.0
         s.places[:] += h * (np.nan_to_num(velocity) - more)
         s.turned.look(environment)

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Box and scenes behind wave impedances that couple the axes of the world."""
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.server import BodyParams
+from pmwvc_core.scenes.body import Box
+from pmwvc_core.scenes.mujoco_scene import MujocoScene
+from pmwvc_core.server.black_box import EnvironmentSetup
+
+H, SIDES = 0.008, (-1, 1)
+PLANE = (
+    '<mujoco><option gravity="0 0 0" timestep="0.001"/><worldbody>'
+    '<geom type="plane" size="0 0 1" zaxis="{:.17g} {:.17g} {:.17g}" friction="0 0 0"/>'
+    "</worldbody></mujoco>"
+)
+
+
+def matrix(rng, dof, least=4.0, most=60.0):
+    """Return any symmetric positive matrix with eigenvalues in a range."""
+    axes, _ = np.linalg.qr(rng.normal(size=(dof, dof)))
+    return (axes * rng.uniform(least, most, dof)) @ axes.T
+
+
+def box(dof):
+    server = ServerParams(
+        coupling="unknown", environment="body", object_mass=0.2, body=BodyParams(friction=0.8)
+    )
+    made = Box(EnvironmentSetup(dof, H, SIDES, server, (ContactParams(),) * 2))
+    for user, side in enumerate(SIDES):
+        made.join(user, np.eye(dof)[0] * side * 0.0301)
+    return made
+
+
+@settings(max_examples=12, deadline=None, phases=[Phase.generate])
+@given(seed=st.integers(0, 2**32 - 1), dof=st.sampled_from([3, 6]))
+def test_a_box_keeps_its_balance_behind_any_matrices(seed, dof):
+    """Stick, slip and impact. The control: by the matrices' diagonals it would not balance."""
+    rng, made = np.random.default_rng(seed), box(dof)
+    b = np.array([matrix(rng, dof) for _ in SIDES])
+    bias = np.array([np.eye(dof)[0] * -4.0 * side for side in SIDES])
+    amplitude, phase = rng.uniform(0.0, 6.0, (2, dof)), rng.uniform(0.0, 6.3, (2, dof))
+    given_j, by_diagonal_j, before_j, moved_j = 0.0, 0.0, made.energy, 0.0
+    for step in range(80):
+        drive = bias + amplitude * np.sin(10.0 * step * H + phase)
+        v = made.meet(drive, b, H)
+        power = np.sum((drive - np.einsum("uij,uj->ui", b, v)) * v, axis=1)
+        given_j += H * power.sum()
+        by_diagonal_j += H * np.sum((drive - np.einsum("uii,ui->ui", b, v)) * v)
+        moved_j += H * np.abs(power).sum()
+        inside_j = made.energy - before_j + made.heat_j
+        assert abs(given_j - inside_j) < 1e-13 * (1.0 + moved_j)
+    assert abs(by_diagonal_j - inside_j) > 1e-3 * moved_j
+
+
+def test_a_number_is_a_matrix_that_couples_nothing():
+    alone, coupled = box(6), box(6)
+    for step in range(60):
+        drive = np.array([[4.0, 0.3 * np.sin(0.1 * step), 0.0, 0.2, 0.0, 0.1]] * 2)
+        drive[1, 0] *= -1.0
+        v = alone.meet(drive, np.full(2, 9.0), H)
+        w = coupled.meet(drive, np.array([9.0 * np.eye(6)] * 2), H)
+        np.testing.assert_allclose(v, w, rtol=0.0, atol=1e-12)
+
+
+def finger(folder, normal, b):
+    """Return a scene of one finger on a smooth plane through the origin."""
+    file = folder / "plane.xml"
+    file.write_text(PLANE.format(*normal), "utf-8")
+    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file))
+    made = MujocoScene(EnvironmentSetup(3, H, (-1,), server, (ContactParams(),), None, (b,)))
+    made.join(0, normal * 0.0102 + np.array([0.01, 0.0, 0.0]))
+    return made
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_finger_slides_on_a_plane_as_its_matrix_has_it(tmp_path_factory, seed):
+    """In the air v = B^-1 d; on a plane of normal n, v = B^-1 (d - N n) with n . v = 0."""
+    rng = np.random.default_rng(seed)
+    normal = Rotation.random(random_state=seed).as_matrix()[:, 2]
+    b = matrix(rng, 3)
+    made = finger(tmp_path_factory.mktemp("plane"), normal, b)
+    push = rng.normal(0.0, 0.3, 3)
+    for drive, slides in ((push + normal * (0.5 - push @ normal), False), (push, True)):
+        if slides:
+            drive = drive - normal * (drive @ normal + 3.0)
+            along = np.linalg.solve(b, normal)
+            drive = drive - normal * max((along @ drive) / (along @ normal) + 1.0, 0.0)
+        for _ in range(150 if slides else 1):
+            v = made.meet(drive[None], b[None], H)[0]
+        pressing = slides * (along @ drive) / (along @ normal) if slides else 0.0
+        expected = np.linalg.solve(b, drive - pressing * normal)
+        np.testing.assert_allclose(v, expected, atol=2e-3 * np.linalg.norm(expected) + 1e-5)
+
+
+def test_a_ball_joint_resists_alike_about_all_axes(tmp_path):
+    file = tmp_path / "plane.xml"
+    file.write_text(PLANE.format(0.0, 0.0, 1.0), "utf-8")
+    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file))
+    b = matrix(np.random.default_rng(1), 6)
+    with pytest.raises(ParameterError, match="axes 4 to 6 have one number"):
+        MujocoScene(EnvironmentSetup(6, H, (-1,), server, (ContactParams(),), None, (b,)))
