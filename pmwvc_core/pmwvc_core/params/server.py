@@ -64,9 +64,8 @@ class ServerParams(Validated):
     environment: str = fixed(
         "cube",
         "-",
-        "cube: the shared object; wall: does not move; with coupling = unknown also "
-        "wall_with_slope, hunt_crossley, cube_, wall_ or hunt_crossley_with_impedance, "
-        "active_wall, body, mujoco, or a plug-in by its name",
+        "cube: the shared object; wall: stands still; with coupling = unknown also hunt_crossley, "
+        "each also as NAME_with_impedance, wall_with_slope, active_wall, body, mujoco, plug-ins",
     )
     period_s: float = parameter(
         0.008, "0.001..1 s", "time step, T_VE; changes while running on the strict channel only"
