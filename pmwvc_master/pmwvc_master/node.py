@@ -22,6 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.law.user_tick import LATE_NS
+from pmwvc_core.master.safety import COUPLED, STARTING, UNCOUPLED
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import hold_memory
@@ -88,6 +89,8 @@ class Master:
     def _publish_trace(self, loop: MasterLoop, block: FrameBlock) -> None:
         """Publish the ticks of a frame."""
         self._seq += 1
+        if self.device.uncoupled and block.state == COUPLED:
+            block.state, block.reason = STARTING, UNCOUPLED
         shift_ns = time.time_ns() - time.monotonic_ns()  # of the clock of ROS
         message = messages.master_trace(
             self._types, block.series(), stamp_ns=shift_ns + block.start_ns, epoch=self._epoch,
@@ -170,8 +173,7 @@ class Master:
         values |= peers
         wrong += [f"{missed} deadlines missed"] if missed else []
         wrong += [f"{LATE_SAMPLES}: {late}"] if late else []
-        text = f"{state}: {protocol.reason}" if protocol.reason else state
-        text = "; ".join([text, *wrong])
+        text = "; ".join([f"{state}: {protocol.reason}".removesuffix(": "), *wrong])
         if state == "fault":
             return ERROR, text, values
         return (WARN if wrong or state == "damping" else OK), text, values

@@ -14,6 +14,7 @@ from std_srvs.srv import SetBool
 from support.played_server import Server, master, signal
 from support.processes import ros
 
+from pmwvc_core.master.safety import UNCOUPLED
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.topics import WAVE_QOS
 
@@ -78,8 +79,10 @@ def test_a_scaled_handle_is_let_go_moved_and_coupled_again_without_a_step():
             driver.until(pushed(0.0))
             driver.until(lambda: driver.x == MOVED_M, MOVED_M)
             driver.until(at(away))
+            assert (blocks[-1].state, blocks[-1].reason) == (0, UNCOUPLED)  # on record
             clutch(False)
             driver.until(pushed(PEAK_N))
+            driver.until(lambda: (blocks[-1].state, blocks[-1].reason) == (1, ""))
             driver.until(at(away))
             driver.until(at(away + SCALE * 0.01), MOVED_M - 0.01)
             assert process.stop() == 0

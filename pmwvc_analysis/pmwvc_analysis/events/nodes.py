@@ -14,7 +14,7 @@ from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.sums import runs
 from pmwvc_core.frame import Presence
-from pmwvc_core.master.safety import BRAKING, SafetyState
+from pmwvc_core.master.safety import BRAKING, UNCOUPLED, SafetyState
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces, loads
@@ -50,6 +50,7 @@ def of_master(user: UserTraces, scenario: Scenario | None) -> Iterator[Event]:
             lost = True
             released = state == FAULT or (state == DAMPING and RELEASED in reason)
             what = f"{LIMITS[state]}: {reason or 'no reason given'}"
+            what = reason if reason == UNCOUPLED else what
             yield event(time_s, who, "release" if released else "damping", what)
     for load, unit, ticks, asked, applied in limited(user, scenario):
         for first, last in runs(ticks, user.time_s, th.JOIN_S):

@@ -16,6 +16,7 @@ from pmwvc_core.law.safety.limits import LET_GO_S
 from pmwvc_core.params import SafetyParams, specs
 
 BRAKING = "waves late: braking"  # coupled, with the brake's force beside the controller's
+UNCOUPLED = "clutch: the hand moves alone"  # coupled, and the hand has left its avatar
 LOWERED = ("max_force", "max_slew", "damper_velocity", "fault_velocity", "timeout_s", "release_s")
 
 
