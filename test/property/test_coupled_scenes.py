@@ -22,6 +22,11 @@ PLANE = (
     "</worldbody></mujoco>"
 )
 
+HANDLE = (
+    '<mujoco><option gravity="0 0 0"/><worldbody><body name="grip" pos="0 0 1" quat="{}">'
+    '<geom type="box" size="0.01 0.02 0.03" mass="0.1"/></body></worldbody></mujoco>'
+)
+
 
 def matrix(rng, dof, least=4.0, most=60.0):
     """Return any symmetric positive matrix with eigenvalues in a range."""
@@ -108,3 +113,36 @@ def test_a_ball_joint_resists_alike_about_all_axes(tmp_path):
     b = matrix(np.random.default_rng(1), 6)
     with pytest.raises(ParameterError, match="axes 4 to 6 have one number"):
         MujocoScene(EnvironmentSetup(6, H, (-1,), server, (ContactParams(),), None, (b,)))
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), dof=st.sampled_from([3, 6]), couples=st.booleans())
+def test_a_handle_moves_along_the_axes_of_the_world_however_the_file_has_turned_it(
+    tmp_path_factory, seed, dof, couples
+):
+    rng, start = np.random.default_rng(seed), Rotation.random(random_state=seed)
+    b = 15.0 * np.eye(dof)
+    b[:3, :3] = matrix(rng, 3) if couples else b[:3, :3]
+    file = tmp_path_factory.mktemp("handle") / "handle.xml"
+    quat = " ".join(map(repr, start.as_quat(scalar_first=True).tolist()))
+    file.write_text(HANDLE.format(quat), "utf-8")
+    server = ServerParams(
+        coupling="unknown", environment="mujoco", scene=str(file), handles="grip"
+    )
+    made = MujocoScene(EnvironmentSetup(dof, H, (-1,), server, (ContactParams(),), None, (b,)))
+    made.join(0, np.zeros(dof))
+    before, drive = np.array(made.poses["grip"]), rng.normal(0.0, 0.3, dof)
+    for _ in range(300):
+        v = made.meet(drive[None], b[None], H)[0]
+    expected = np.linalg.solve(b, drive)  # but for how its inertia turns
+    np.testing.assert_allclose(v, expected, atol=5e-3 * np.linalg.norm(expected))
+    moved = np.array(made.poses["grip"])
+    way = moved[:3] - before[:3]
+    np.testing.assert_allclose(way / np.linalg.norm(way), v[:3] / np.linalg.norm(v[:3]), atol=0.02)
+    turn = (Rotation.from_quat(moved[3:], scalar_first=True) * start.inv()).as_rotvec()
+    seen = (Rotation.from_quat(made.turned[0]) * start.inv()).as_rotvec()
+    np.testing.assert_allclose(seen, turn, atol=1e-9)
+    if dof == 6:
+        along = v[3:] / np.linalg.norm(v[3:])
+        rate = Rotation.from_rotvec(along * 300 * H * np.linalg.norm(v[3:]) / server.lever_m)
+        assert (rate.inv() * Rotation.from_rotvec(turn)).magnitude() < 0.1

@@ -46,6 +46,8 @@ class Grasp(NamedTuple):
     is_finger: bool
     home: Array  # (3,) [m] of a finger: where it is for a device at zero, from its body
     axes: Array  # (3, 3) of the slides, in columns: those of the impedance
+    body: int
+    start: Array  # (3, 3) how it is turned while its ball is not
 
 
 class SceneModel(NamedTuple):
@@ -86,10 +88,9 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
             name=bodies[user].name, type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=FINGER_KG,
             size=[server.finger_m, 0.0, 0.0], friction=[0.0, 0.0, 0.0],
         )  # fmt: skip
-    all_axes = _axes(setup)
-    for axes, body in zip(all_axes, bodies, strict=True):
-        for axis in axes.T:
-            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    for body in bodies:
+        for _ in range(3):
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE)
         if setup.dof == AXES:
             body.add_joint(type=mujoco.mjtJoint.mjJNT_BALL)
         body.gravcomp = 1.0
@@ -105,15 +106,16 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
     mujoco.mj_forward(model, data)
     shown = movable.id if movable else 0
     held = []
-    for user, body in enumerate(bodies):
-        at = model.body(body.id)
+    for user, (body, axes) in enumerate(zip(bodies, _axes(setup), strict=True)):
+        at, start = model.body(body.id), data.xmat[body.id].reshape(3, 3).copy()
+        model.jnt_axis[at.jntadr[0] :][:3] = axes.T @ start  # in axes of the body
         first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
         geoms = tuple(geom.id for geom in body.geoms)
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
         home = data.xipos[shown] + out - data.xpos[body.id]
         ball = slice(first + 3, first + (7 if setup.dof == AXES else 3))
         joints = slice(first, first + 3), ball, slice(dof, dof + setup.dof)
-        held.append(Grasp(*joints, geoms, not server.handles, home, all_axes[user]))
+        held.append(Grasp(*joints, geoms, not server.handles, home, axes, body.id, start))
     return SceneModel(model, tuple(held), shown, {"files": files_of(file), "options": options})
 
 

@@ -37,6 +37,7 @@ SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
 LARGEST_M_S = 1e3  # faster is no motion
 MOST_CONTACTS = 16  # shown in a step
+W_LAST, W_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]  # of quaternions: w is first in MuJoCo
 
 
 class MujocoScene:
@@ -70,7 +71,7 @@ class MujocoScene:
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
-        self._turned = np.roll(self.data.xquat[self._shown], -1).tolist()
+        self._turned = self.data.xquat[self._shown, W_LAST].tolist()
         self._good = self._state()
         self.poses, self.contacts = self._poses(), self._contacts()  # others read these
 
@@ -95,7 +96,7 @@ class MujocoScene:
     @property
     def turned(self) -> Array:
         """How the handles are turned, quaternions ``x y z w``."""
-        return np.array([np.roll(self.data.qpos[held.ball], -1) for held in self.held])
+        return np.array([self.data.xquat[held.body, W_LAST] for held in self.held])
 
     @property
     def description(self) -> dict[str, Any]:
@@ -110,7 +111,7 @@ class MujocoScene:
             self.data.qpos[held.qpos] = (held.home + position[:3]) @ held.axes
             if self._dof == AXES:
                 turned = carried(IDENTITY, (position[3:] / self._lever_m).tolist())
-                self.data.qpos[held.ball] = np.roll(turned, 1)  # w is first, in MuJoCo
+                self.data.qpos[held.ball] = np.array(turned)[W_FIRST]
         self.data.qvel[held.dofs] = 0.0
         self._there[user], self._inside[user] = True, True
 
@@ -127,19 +128,20 @@ class MujocoScene:
         model, data, impedance = self.model, self.data, matrices_of(impedance, self._dof)
         steps = math.ceil(dt / min(SUB_STEP_S, model.opt.timestep) - 1e-9)
         model.opt.timestep = dt / steps
-        along = (self._slides.swapaxes(1, 2) @ impedance @ self._slides).diagonal(0, 1, 2)
-        along = along * self._scale**2
+        slides, scale = self._slides, self._scale
+        along = (slides.swapaxes(1, 2) @ impedance @ slides).diagonal(0, 1, 2) * scale**2
         for user, held in enumerate(self.held):
             if self._there[user]:
                 self._weigh(held, model.opt.timestep * along[user])
                 self._inside[user] = self._inside[user] and self._comes_out(user)
         before = data.qpos.copy()
-        rates, touched = self._sub_steps(drive * self._scale, along, steps)
+        rates, touched = self._sub_steps(drive * scale, along, steps)
+        free = applied(slides, applied(slides.swapaxes(1, 2), drive * scale) / along)
         self._require_motion()
         for user, held in enumerate(self.held):
             if self._there[user] and held.is_finger and user not in touched:
-                rates[user] = np.linalg.solve(impedance[user], drive[user])
-                self._move_freely(user, before, rates[user] / self._scale, dt)
+                rates[user] = scale * free[user]
+                self._move_freely(user, before, free[user], dt)
         self._mujoco.mj_kinematics(model, data)
         self.poses, self.contacts = self._poses(), self._contacts()
         self._show(dt)
@@ -172,22 +174,22 @@ class MujocoScene:
         turned = np.empty(9)
         for axes, held in zip(self._axes, self.held, strict=True):
             self._mujoco.mju_quat2Mat(turned, self.data.qpos[held.ball])
-            axes[3:, 3:] = turned.reshape(3, 3)
+            axes[3:, 3:] = held.start @ turned.reshape(3, 3)
 
     def _move_freely(self, user: int, before: Array, v: Array, dt: float) -> None:
         """Move a finger as its port alone does, from the coordinates of before."""
         data, held = self.data, self.held[user]
         data.qpos[held.qpos] = before[held.qpos] + dt * v[:3] @ held.axes
         if self._dof == AXES:
-            was = np.roll(before[held.ball], -1).tolist()
-            data.qpos[held.ball] = np.roll(carried(was, (dt * v[3:]).tolist()), 1)
+            was = before[held.ball][W_LAST].tolist()
+            data.qpos[held.ball] = np.array(carried(was, (dt * v[3:]).tolist()))[W_FIRST]
         self._note_axes()
         data.qvel[held.dofs] = v @ self._axes[user]
 
     def _show(self, dt: float) -> None:
         """Note where the first body that moves is, and how it turned."""
         way = self.data.xipos[self._shown] - self._origin - self.position[:3]
-        before, self._turned = self._turned, np.roll(self.data.xquat[self._shown], -1).tolist()
+        before, self._turned = self._turned, self.data.xquat[self._shown, W_LAST].tolist()
         if self._dof == AXES:
             way = np.append(way, self._lever_m * np.array(turn_between(before, self._turned)))
         self.position, self.velocity = self.position + way, way / dt
