@@ -27,6 +27,9 @@ from pmwvc_core.scenes.description import files_of
 from pmwvc_core.server.black_box import EnvironmentSetup
 
 FINGER_KG = 1e-3
+EVERYTHING = 0x7FFFFFFF  # kinds of geoms that a finger touches
+OF_DEFAULTS = ("armature", "damping", "stiffness", "frictionloss", "limited", "range", "margin",
+               *("ref", "springref", "springdamper", "pos"))  # fmt: skip
 SUB_STEP_S = 1e-3  # longest step of the contact solver: what is hit is noticed in the next one
 IMPRATIO = 100.0
 SOLREF = (4e-3, 1.0)  # twice as slow as the fastest that the solver allows
@@ -87,12 +90,14 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         bodies[user].add_geom(
             name=bodies[user].name, type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=FINGER_KG,
             size=[server.finger_m, 0.0, 0.0], friction=[0.0, 0.0, 0.0],
+            contype=EVERYTHING, conaffinity=EVERYTHING, margin=0.0, gap=0.0, priority=0,
+            pos=[0.0, 0.0, 0.0], group=int(spec.compiler.inertiagrouprange[0]),
         )  # fmt: skip
     for body in bodies:
         for _ in range(3):
-            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE)
+            _add_joint(mujoco, body, mujoco.mjtJoint.mjJNT_SLIDE)
         if setup.dof == AXES:
-            body.add_joint(type=mujoco.mjtJoint.mjJNT_BALL)
+            _add_joint(mujoco, body, mujoco.mjtJoint.mjJNT_BALL)
         body.gravcomp = 1.0
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
@@ -101,6 +106,7 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
     with refused(where, cannot_be="compiled"):
         model = spec.compile()
     fingers = set() if server.handles else {body.id for body in bodies}
+    model.geom_group[np.isin(model.geom_bodyid, list(fingers))] = 0  # drawn
     _check_masses(model, fingers, where)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -144,6 +150,14 @@ def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:
     for texture in list(spec.textures):
         spec.delete(texture)
     return spec
+
+
+def _add_joint(mujoco: Any, body: Any, kind: Any) -> None:
+    """Add a joint that has nothing of the file's defaults."""
+    joint, plain = body.add_joint(type=kind), mujoco.MjSpec()
+    bare = plain.worldbody.add_body().add_joint()
+    for name in OF_DEFAULTS:
+        setattr(joint, name, getattr(bare, name))
 
 
 def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:

@@ -218,8 +218,8 @@ class MujocoScene:
         """Return the pairs of geoms that overlap by more than ``OVERLAP_M``."""
         self._mujoco.mj_kinematics(self.model, self.data)
         self._mujoco.mj_collision(self.model, self.data)
-        contacts = self.data.contact
-        return [(int(c.geom1), int(c.geom2)) for c in contacts if c.dist < -OVERLAP_M]
+        inside = (c for c in self.data.contact if c.dist < c.includemargin - OVERLAP_M)
+        return [(int(c.geom1), int(c.geom2)) for c in inside]
 
     def _settle(self, setup: EnvironmentSetup) -> None:
         """Refuse a scene whose bodies overlap at the start, or let it settle."""
