@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is constant in a scene, as plain JSON, and its files by content: with those of a recording
-a scene can be made again on any machine.
+"""What is shown of a scene: its contacts, what is constant in it, as plain JSON, and its files by
+content: with those of a recording a scene can be made again on any machine.
 """
 
 import base64
@@ -13,6 +13,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from pmwvc_core.numeric import Integers
+
+MOST_CONTACTS = 16  # shown in a step
 FIRST_HIDDEN = 3  # group of geoms that MuJoCo's own pictures leave out, and those above
 KINDS = {0: "plane", 2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
 NO_COLOR = (0.5, 0.5, 0.5, 1.0)  # what a geom without one has in MuJoCo
@@ -53,6 +56,20 @@ def _shape(model: Any, geom: int, names: Sequence[str]) -> dict[str, Any]:
             first, count = (getattr(model, f"mesh_{of}{each}")[mesh] for each in ("adr", "num"))
             shape[name] = entries[first : first + count].tolist()
     return shape
+
+
+def strongest(data: Any, place: Integers) -> list[float]:
+    """Return the strongest contacts of the last sub-step, 8 numbers each: two bodies, by what
+    ``place`` has of geoms (-1: one that is fixed), point [m], force on the second [N].
+    """
+    contact, forces = data.contact, np.append(data.efc_force, np.zeros(3))
+    first, axes = contact.efc_address[:, None], np.arange(3)  # normal first: elliptic cones
+    along = forces[first + axes] * (first >= 0) * (axes < contact.dim[:, None])
+    order = np.argsort(-along[:, 0])[:MOST_CONTACTS]
+    order = order[along[order, 0] > 0.0]
+    force = np.einsum("ni,nij->nj", along[order], contact.frame[order].reshape(-1, 3, 3))
+    rows = np.hstack([place[contact.geom[order]], contact.pos[order], force])
+    return list(rows.ravel().tolist())
 
 
 def files_of(file: Path) -> dict[str, str]:

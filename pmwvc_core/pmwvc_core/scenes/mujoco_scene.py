@@ -28,7 +28,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.quaternions import IDENTITY, carried, turn_between
-from pmwvc_core.scenes.description import described
+from pmwvc_core.scenes.description import described, strongest
 from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_model
 from pmwvc_core.server.black_box import EnvironmentSetup, applied, matrices_of
 
@@ -36,7 +36,6 @@ OVERLAP_M = 1e-4  # that is none
 SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
 LARGEST_M_S = 1e3  # faster is no motion
-MOST_CONTACTS = 16  # shown in a step
 W_LAST, W_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]  # of quaternions: w is first in MuJoCo
 
 
@@ -56,13 +55,15 @@ class MujocoScene:
         self._colliding = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
         self._names = [self.model.body(n).name or f"body{n}" for n in range(self.model.nbody)]
         moving = self.model.body_weldid != 0  # what is welded to the world has 0
-        self._place = np.where(moving, np.cumsum(moving) - 1, -1)  # among those that move
+        self._moving = np.flatnonzero(moving).tolist()
+        place = np.where(moving, np.cumsum(moving) - 1, -1)[self.model.geom_bodyid]
+        self._place = np.append(place, -1)  # of geoms, among what moves; -1 is no geom, but a flex
         self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
         self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
         self._axes[:, :3, :3] = [held.axes for held in self.held]
         self._slides = self._axes.copy()  # b is the same about all axes of a ball
         self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
-        self._whose = np.full(self.model.ngeom, -1)
+        self._whose = np.full(len(self._place), -1)  # likewise
         for user, held in enumerate(self.held):
             self._whose[list(held.geoms)] = user
         self._there, self._inside = [False] * setup.users, [False] * setup.users
@@ -73,25 +74,15 @@ class MujocoScene:
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
         self._turned = self.data.xquat[self._shown, W_LAST].tolist()
         self._good = self._state()
-        self.poses, self.contacts = self._poses(), self._contacts()  # others read these
+        self.poses, self.contacts = (
+            self._poses(),
+            strongest(self.data, self._place),
+        )  # others read these
 
     def _poses(self) -> dict[str, list[float]]:
         """Return where the bodies are that move, ``x y z`` [m] and quaternion ``w x y z``."""
         rows = np.concatenate([self.data.xpos, self.data.xquat], axis=1).tolist()
-        return {self._names[body]: rows[body] for body in np.flatnonzero(self._place >= 0)}
-
-    def _contacts(self) -> list[float]:
-        """Return the strongest contacts of the last sub-step, 8 numbers each: two bodies by their
-        place in ``poses`` (-1: one that is fixed), point [m], force on the second [N].
-        """
-        contact, forces = self.data.contact, np.append(self.data.efc_force, np.zeros(3))
-        first, axes = contact.efc_address[:, None], np.arange(3)  # normal first: elliptic cones
-        along = forces[first + axes] * (first >= 0) * (axes < contact.dim[:, None])
-        order = np.argsort(-along[:, 0])[:MOST_CONTACTS]
-        order = order[along[order, 0] > 0.0]
-        bodies = self._place[self.model.geom_bodyid[contact.geom[order]]]
-        force = np.einsum("ni,nij->nj", along[order], contact.frame[order].reshape(-1, 3, 3))
-        return list(np.hstack([bodies, contact.pos[order], force]).ravel().tolist())
+        return {self._names[body]: rows[body] for body in self._moving}
 
     @property
     def turned(self) -> Array:
@@ -143,7 +134,7 @@ class MujocoScene:
                 rates[user] = scale * free[user]
                 self._move_freely(user, before, free[user], dt)
         self._mujoco.mj_kinematics(model, data)
-        self.poses, self.contacts = self._poses(), self._contacts()
+        self.poses, self.contacts = self._poses(), strongest(self.data, self._place)
         self._show(dt)
         return rates
 
@@ -215,11 +206,11 @@ class MujocoScene:
         return inside
 
     def _overlaps(self) -> list[tuple[int, int]]:
-        """Return the pairs of geoms that overlap by more than ``OVERLAP_M``."""
+        """Return the pairs of geoms that overlap by more than ``OVERLAP_M``; a flex has -1."""
         self._mujoco.mj_kinematics(self.model, self.data)
         self._mujoco.mj_collision(self.model, self.data)
         inside = (c for c in self.data.contact if c.dist < c.includemargin - OVERLAP_M)
-        return [(int(c.geom1), int(c.geom2)) for c in inside]
+        return [pair for c in inside if max(pair := (int(c.geom1), int(c.geom2))) >= 0]
 
     def _settle(self, setup: EnvironmentSetup) -> None:
         """Refuse a scene whose bodies overlap at the start, or let it settle."""
@@ -228,11 +219,11 @@ class MujocoScene:
                 self._mujoco.mj_step(self.model, self.data)
             self.data.qvel[:] = 0.0
         elif pairs := self._overlaps():
-            geoms = [self.model.geom(each) for each in pairs[0]]
+            geoms = [self.model.geom(each) for each in pairs[0] if each >= 0]
             names = [repr(g.name or f"a geom of {self._names[g.bodyid[0]]}") for g in geoms]
             raise ParameterError(
-                f"server.scene = {setup.server.scene!r}: {names[0]} and {names[1]} overlap, which "
-                "is energy that moves them; move one, or set server.settle = true"
+                f"server.scene = {setup.server.scene!r}: {' and '.join(names)} overlap, "
+                "which is energy that moves them; move one, or set server.settle = true"
             )
 
     def _require_motion(self) -> None:
