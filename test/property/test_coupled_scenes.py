@@ -99,7 +99,7 @@ def test_a_finger_slides_on_a_plane_as_its_matrix_has_it(tmp_path_factory, seed)
             drive = drive - normal * (drive @ normal + 3.0)
             along = np.linalg.solve(b, normal)
             drive = drive - normal * max((along @ drive) / (along @ normal) + 1.0, 0.0)
-        for _ in range(150 if slides else 1):
+        for _ in range(150 if slides else 3):
             v = made.meet(drive[None], b[None], H)[0]
         pressing = slides * (along @ drive) / (along @ normal) if slides else 0.0
         expected = np.linalg.solve(b, drive - pressing * normal)

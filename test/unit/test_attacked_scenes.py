@@ -73,15 +73,9 @@ def test_a_pad_wider_than_its_face_is_refused():
         box(own=BodyParams(pad_m=0.04))
 
 
-ROWS = "; ".join(
-    " ".join("25" if row == column else "0" for column in range(6)) for row in range(6)
-)
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (f"server.impedance_matrix={ROWS}", "one number for all axes: remove impedance_matrix"),
         ("server.integrator=trapezoid", "set server.integrator = backward_euler"),
         ("server.object_size_m=1", "outside its workspace of +-0.2 m; make device.workspace_m"),
         ("server.lever_m=1e-6", "server.lever_m = 1e-06: must be 0.001..10 m"),

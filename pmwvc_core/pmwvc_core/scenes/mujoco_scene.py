@@ -15,8 +15,7 @@ axes, as the way of a point at the lever l: a ball with the armature h b l^2. Mu
 joints are not proved passive; the ledger of the port holds on top
 (:mod:`pmwvc_core.law.black_box.compensations`).
 
-A finger that touches nothing moves as the port alone would move it, without the gram's force. Who
-is not there is held still and touches nothing. A finger that comes in within another body
+Who is not there is held still and touches nothing. A finger that comes in within another body
 passes through it until it is outside. Equations: docs/theory.md 5.16.
 """
 
@@ -125,27 +124,20 @@ class MujocoScene:
             if self._there[user]:
                 self._weigh(held, model.opt.timestep * along[user])
                 self._inside[user] = self._inside[user] and self._comes_out(user)
-        before = data.qpos.copy()
-        rates, touched = self._sub_steps(drive * scale, along, steps)
-        free = applied(slides, applied(slides.swapaxes(1, 2), drive * scale) / along)
+        rates = scale / steps * self._sub_steps(drive * scale, along, steps)
         self._require_motion()
-        for user, held in enumerate(self.held):
-            if self._there[user] and held.is_finger and user not in touched:
-                rates[user] = scale * free[user]
-                self._move_freely(user, before, free[user], dt)
         self._mujoco.mj_kinematics(model, data)
         self.poses, self.contacts = self._poses(), strongest(self.data, self._place)
         self._show(dt)
         return rates
 
-    def _sub_steps(self, drive: Array, along: Array, steps: int) -> tuple[Array, set[int]]:
+    def _sub_steps(self, drive: Array, along: Array, steps: int) -> Array:
         """Make sub-steps under the ports' forces, sqrt(2b) u in the world and b along the axes of
-        the handles; return mean velocities, and who touched.
+        the handles; return the sum of their velocities.
         """
         data, dofs = self.data, self._dofs
         absent = dofs[~np.array(self._there)]
         rates = np.zeros(drive.shape)
-        touched: set[int] = set()
         self._note_axes()
         for _ in range(steps):
             push = applied(self._axes.swapaxes(1, 2), drive) if self._apart else drive
@@ -155,8 +147,7 @@ class MujocoScene:
             self._note_axes()
             v = data.qvel[dofs]
             rates += applied(self._axes, v) if self._apart else v
-            touched.update(self._whose[data.contact.geom].ravel().tolist())
-        return self._scale / steps * rates, touched
+        return rates
 
     def _note_axes(self) -> None:
         """Note the axes of motion of the handles: a ball's turn with it."""
@@ -166,16 +157,6 @@ class MujocoScene:
         for axes, held in zip(self._axes, self.held, strict=True):
             self._mujoco.mju_quat2Mat(turned, self.data.qpos[held.ball])
             axes[3:, 3:] = held.start @ turned.reshape(3, 3)
-
-    def _move_freely(self, user: int, before: Array, v: Array, dt: float) -> None:
-        """Move a finger as its port alone does, from the coordinates of before."""
-        data, held = self.data, self.held[user]
-        data.qpos[held.qpos] = before[held.qpos] + dt * v[:3] @ held.axes
-        if self._dof == AXES:
-            was = before[held.ball][W_LAST].tolist()
-            data.qpos[held.ball] = np.array(carried(was, (dt * v[3:]).tolist()))[W_FIRST]
-        self._note_axes()
-        data.qvel[held.dofs] = v @ self._axes[user]
 
     def _show(self, dt: float) -> None:
         """Note where the first body that moves is, and how it turned."""
