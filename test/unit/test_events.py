@@ -13,6 +13,7 @@ from support import plain as scenarios
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.scenarios import find, read
+from pmwvc_core.master.safety import UNCOUPLED
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenes import body
 from pmwvc_core.simulation.session import simulate_one
@@ -37,6 +38,14 @@ def test_joining_is_an_event_and_the_end_of_the_session_none():
     assert [event["who"] for event in listed(traces, "join")] == ["user1", "user2"]
     traces.server.state[0][-3:] = 0
     assert listed(traces, "leave") == []
+
+
+def test_a_hand_that_left_its_avatar_by_the_clutch_is_no_limit_of_safety():
+    traces = handmade.session()
+    user = traces.users[0]
+    user.state[40:80], user.reason[40:80] = 0, [UNCOUPLED] * 40
+    what = [event["what"] for event in listed(traces, "damping")]
+    assert what == [UNCOUPLED, "force restored in full"]
 
 
 def test_leaving_ends_a_contact():
