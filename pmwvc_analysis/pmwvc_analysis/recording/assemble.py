@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.recording import clocks
-from pmwvc_analysis.recording.own import Decoded, arrived_ns
+from pmwvc_analysis.recording.own import Decoded
 from pmwvc_core.account import continued
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array, Integers
@@ -185,9 +185,11 @@ def packet_traces(topic: str, rows: Sequence[Decoded], *, zero_ns: int) -> Packe
     dof = max(set(lengths), key=lengths.count)
     fits = np.array([len(row.message.wave) == len(row.message.integral) == dof for row in rows])
     kept = [row.message for row, whole in zip(rows, fits, strict=True) if whole]
+    published, recorded = [row.publish_ns for row in rows], [row.log_ns for row in rows]
+    arrived_ns = clocks.trusted_times(published, recorded)
     positions = [each.position if len(each.position) == dof else [np.nan] * dof for each in kept]
     return PacketTraces(
-        topic=topic, time_s=clocks.seconds(arrived_ns(rows)[fits], zero_ns),
+        topic=topic, time_s=clocks.seconds(arrived_ns[fits], zero_ns),
         epoch=column(kept, "epoch", np.uint64), seq=column(kept, "seq", np.int64),
         sent_ns=column(kept, "sent_ns", np.int64), period_s=column(kept, "period"),
         wave=column(kept, "wave").reshape(-1, dof), energy=column(kept, "energy"),

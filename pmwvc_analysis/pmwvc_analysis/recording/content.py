@@ -23,7 +23,8 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.own import Series, Topics, arrived_ns, decoded, keep_own
+from pmwvc_analysis.recording.clocks import trusted_times
+from pmwvc_analysis.recording.own import LATEST_NS, Series, Topics, decoded, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.topics import SCENE
@@ -132,7 +133,7 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
         content.messages[raw.topic] += 1
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
             content.parameters.append(change)
-        if is_of_hand(raw):
+        if is_of_hand(raw) and raw.log_ns < LATEST_NS:
             content.hands[raw.topic].append(raw)
         if raw.topic == SCENE and not content.scene:
             with contextlib.suppress(Exception):  # no such text: rosbags raises many kinds
@@ -163,8 +164,11 @@ def hand_targets(
     """Return the targets of every user that has any, by name."""
     found: dict[str, list[tuple[float, tuple[float, ...], Orientation]]] = {}
     counts: dict[str, bool] = {}
-    timed = (zip(arrived_ns(each).tolist(), each, strict=True) for each in topics.values())
-    for at_ns, message in sorted(itertools.chain.from_iterable(timed), key=itemgetter(0)):
+    timed: list[tuple[int, RawMessage]] = []
+    for each in topics.values():
+        published, recorded = [raw.publish_ns for raw in each], [raw.log_ns for raw in each]
+        timed += zip(trusted_times(published, recorded).tolist(), each, strict=True)
+    for at_ns, message in sorted(timed, key=itemgetter(0)):
         user = message.topic.strip("/").split("/")[-3]
         point: tuple[float, ...] | None = None
         q = found[user][-1][2] if user in found else IDENTITY
