@@ -78,7 +78,8 @@ def user_traces(
         reason=[str(block.reason) for block in blocks],
         energy={n: continued(column(blocks, f"energy_{n}"), restarts) for n in ENERGIES},
         accounts=_accounts(blocks), block_number=column(blocks, "seq", np.int64),
-        missed=_total(blocks, "missed"), safety_events=_total(blocks, "safety_events"),
+        missed=int(continued(column(blocks, "missed"), restarts)[-1]),
+        safety_events=int(continued(column(blocks, "safety_events"), restarts)[-1]),
         epoch=column(blocks, "epoch", np.uint64),
         changes=_joined(blocks, "changes"), looked_ns=_joined(blocks, "looked"),
         orientation=_orientations(blocks),
@@ -112,12 +113,6 @@ def _orientations(messages: Sequence[object]) -> Array:
     found = [getattr(message, "orientation", ()) for message in messages]
     width = min(map(len, found), default=0)
     return np.array([row[:width] for row in found], dtype=float).reshape(len(found), width)
-
-
-def _total(blocks: Sequence[MasterTrace], field: str) -> int:
-    """Return a running count summed over epochs."""
-    counts = sorted((block.epoch, int(getattr(block, field))) for block in blocks)
-    return sum(dict(counts).values())  # the largest of an epoch stays
 
 
 def server_traces(

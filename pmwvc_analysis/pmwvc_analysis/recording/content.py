@@ -24,7 +24,7 @@ from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.clocks import trusted_times
-from pmwvc_analysis.recording.own import LATEST_NS, Series, Topics, decoded, keep_own
+from pmwvc_analysis.recording.own import Series, Topics, decoded, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.topics import SCENE
@@ -35,6 +35,7 @@ from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.packet import intact
 from pmwvc_core.words import count
 
+LATEST_NS = 1 << 62  # log times beyond overflow
 CUT = "cut"  # kind of event: a file ends early
 NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
 Decode = Callable[[bytes, str], Any]
@@ -104,8 +105,7 @@ def read_content(folder: Path) -> Content:
             content.messages[topic] += 0  # counted also where nothing came
         if file.end:
             what = f"{path.name} ends early ({file.end}); everything before is read"
-            event = {"time_s": None, "who": "recorder", "kind": CUT, "what": what}
-            content.events.insert(0, event)
+            content.events.insert(0, {"who": "recorder", "kind": CUT, "what": what})
     return content
 
 
@@ -123,17 +123,19 @@ def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
         content.messages[topic] = len(series.rows)
     for (topic, reason), number in undecoded.items():
         what = f"{topic}: {count(number, 'message')} cannot be decoded ({reason})"
-        content.events.append({"time_s": None, "who": "recorder", "what": what})
+        content.events.append({"who": "recorder", "kind": "recording", "what": what})
     return content
 
 
 def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
     """Take a message in; return why it cannot be decoded."""
+    if raw.log_ns >= LATEST_NS:
+        return f"recorded at {raw.log_ns} ns"
     if raw.type_name not in schemas.OUR_TYPES:
         content.messages[raw.topic] += 1
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
             content.parameters.append(change)
-        if is_of_hand(raw) and raw.log_ns < LATEST_NS:
+        if is_of_hand(raw):
             content.hands[raw.topic].append(raw)
         if raw.topic == SCENE and not content.scene:
             with contextlib.suppress(Exception):  # no such text: rosbags raises many kinds

@@ -36,7 +36,6 @@ from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.words import count
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
-LATEST_NS = 1 << 62  # log times beyond overflow
 CLOCK_NS = 1_000_000_000  # by which the clock of a single message differs from its neighbours'
 TRACES = (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
 WITH_EPOCH = (*TRACES, schemas.WAVE, schemas.RECEPTION)
@@ -96,12 +95,7 @@ def keep_own(topics: Topics) -> Events:
     """Remove from ``topics`` what is not the session's own; return that as events."""
     found: Events = []
     for topic, (kind, rows) in topics.items():
-        problems = [
-            misfit(kind.rpartition("/")[2], row.message)
-            if row.log_ns < LATEST_NS
-            else f"recorded at {row.log_ns} ns"
-            for row in rows
-        ]
+        problems = [misfit(kind.rpartition("/")[2], row.message) for row in rows]
         why = f"whose fields do not fit together ({next(filter(None, problems), '')})"
         found += _keep(topic, rows, [problem is None for problem in problems], why)
     for topic, epochs in _own_epochs(topics).items():

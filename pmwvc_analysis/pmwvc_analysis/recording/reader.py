@@ -119,9 +119,11 @@ def _events(
         try:
             found += json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            found.append({"who": "runner", "what": f"events.json cannot be read: {error}"})
+            what = f"events.json cannot be read: {error}"
+            found.append({"who": "runner", "kind": "recording", "what": what})
     for event in found:
         if "time_ns" in event:
             event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9
         event.setdefault("time_s", None)
+        event.setdefault("kind", "ended")  # as runners of before noted it
     return found
