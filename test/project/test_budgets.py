@@ -73,12 +73,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_842,
+        3_824,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_094,
+        3_074,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
@@ -104,7 +104,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(1_991, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(2_867, 3_000, ("pmwvc_view",)),
+    "page": Room(2_866, 3_000, ("pmwvc_view",)),
 }
 
 
