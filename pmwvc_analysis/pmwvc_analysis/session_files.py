@@ -40,11 +40,9 @@ def finish(
     holds no recording that can be read, or cannot be written.
     """
     from pmwvc_analysis.budget.budget import budget
-    from pmwvc_analysis.events import events
     from pmwvc_analysis.figures.figures import charts, write_all
     from pmwvc_analysis.recording.reader import read_scenario, read_session
     from pmwvc_analysis.report.report import render
-    from pmwvc_analysis.verdicts import endings
     from pmwvc_analysis.verdicts.verdicts import summary
 
     folder = Path(folder)
@@ -52,8 +50,7 @@ def finish(
     scenario = scenario or read_scenario(folder)
     traces = traces or read_session(folder)
     begins("judging the session")
-    ended = endings.endings(traces, events.complete(traces, scenario), scenario)
-    energies = budget(endings.judged(traces, ended), scenario)
+    energies = budget(traces, scenario)
     result = summary(traces, scenario, energies)
     traces = replace(traces, events=result["events"])
     target = folder if out is None else Path(out)

@@ -18,7 +18,6 @@ Value: TypeAlias = float | Array
 Flag: TypeAlias = bool | Flags
 
 AXES = 6  # of a session in which handles turn: ends have orientations
-LARGEST = 1e100  # of a measurement or a force [m], [m/s], [N]; what is beyond it, or NaN, is none
 
 
 def dot(left: Value, right: Value) -> Value:

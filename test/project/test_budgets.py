@@ -39,7 +39,7 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_934, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_933, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
         3_256,
         2_500,
@@ -53,7 +53,7 @@ ROOMS = {
         2_197, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_753,
+        4_752,
         4_700,
         (
             *inside(
@@ -73,12 +73,12 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_846,
+        3_824,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_098,
+        3_074,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
@@ -104,7 +104,7 @@ ROOMS = {
         ),
     ),
     "nodes": Room(1_991, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(2_867, 3_000, ("pmwvc_view",)),
+    "page": Room(2_866, 3_000, ("pmwvc_view",)),
 }
 
 

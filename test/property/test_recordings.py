@@ -169,7 +169,8 @@ def active(place, scenario):
     """Return the ports and components that gave energy out, with how much [J]."""
     traces = read_session(place)
     energies = budget(traces, scenario)
-    found = [*passivity(traces, scenario, energies).ports, *energies.released]
+    released = energies.released if energies else []  # none: all of the server's record lacks
+    found = [*passivity(traces, scenario, energies).ports, *released]
     return {(each.owner, each.part): each.given_j for each in found if each.passive is False}
 
 

@@ -120,7 +120,8 @@ def judged(traces):
 
 
 def noted(who, time_s):
-    return {"time_s": time_s, "who": who, "what": KILLED, "code": -9, "signal": "SIGKILL"}
+    end = {"what": KILLED, "code": -9, "signal": "SIGKILL"}
+    return {"time_s": time_s, "who": who, "kind": "ended", **end}
 
 
 @pytest.mark.parametrize("texts", [["link.schedule=1.5 outage"], ["master.rate_drop=900"]])
@@ -180,7 +181,8 @@ def test_a_user_who_left_is_no_interruption():
     traces.server.state[1][traces.server.time_s > 2.01] = 0
     traces.server.contact[1][traces.server.time_s > 2.01] = False
     handmade.without_blocks(traces.users[1], slice(20, 24))  # not recorded
-    traces.events = [{"time_s": 2.4, "who": "user2 master", "what": "exited with 0", "code": 0}]
+    ended = {"kind": "ended", "what": "exited with 0", "code": 0}
+    traces.events = [{"time_s": 2.4, "who": "user2 master", **ended}]
     result = judged(traces)
     assert result["interrupted"] == []
     assert result["users"][1]["ended"] == "user2 left at 2.00 s"

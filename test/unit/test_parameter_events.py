@@ -65,13 +65,13 @@ def test_changes_are_told_with_time_node_and_value(recorded, tmp_path):
         (START_NS, b"\x00\x01\x00\x00\xff\xff"),
     )
     assert [(each["who"], each["what"]) for each in found] == [
-        ("user1 master", "safety.max_force set to 0.5 N"),
-        ("user1 master", "master.impedance set to 30 N s/m"),
-        ("user1 master", "master.impedance set to 10 N s/m"),
+        ("user1 master", "set safety.max_force=0.5"),
+        ("user1 master", "set master.impedance=30.0"),
+        ("user1 master", "set master.impedance=10.0"),
         (
             "netem",
-            "user1.link.up.loss set to 0.25, user1.link.up.delay_s set to 0.25 s, "
-            "user1.link.up.jitter_s set to 0.25 s, user1.link.up.jitter set to normal and 1 more",
+            "set user1.link.up.loss=0.25 user1.link.up.delay_s=0.25 "
+            "user1.link.up.jitter_s=0.25 user1.link.up.jitter=normal user1.link.up.x=1",
         ),
     ]
     times = [each["time_s"] for each in found]

@@ -78,8 +78,8 @@ def test_an_unstable_session_gives_the_reason():
 def test_events_are_listed_in_order():
     traces = handmade.session()
     traces.events = [
-        {"time_s": 2.5, "who": "server", "what": "killed by SIGKILL"},
-        {"time_s": None, "who": "recorder", "what": "session.mcap ends early"},
+        {"time_s": 2.5, "who": "server", "kind": "ended", "what": "killed by SIGKILL"},
+        {"time_s": None, "who": "recorder", "kind": "cut", "what": "session.mcap ends early"},
     ]
     text = page(traces, handmade.scenario()).text
     listed = text[text.index("Events") :]
@@ -89,7 +89,7 @@ def test_events_are_listed_in_order():
 
 def test_what_comes_from_files_cannot_become_markup():
     traces = handmade.session()
-    traces.events = [{"time_s": 1.0, "who": "<script>x</script>", "what": "<b>"}]
+    traces.events = [{"time_s": 1.0, "who": "<script>x</script>", "kind": "ended", "what": "<b>"}]
     found = render(traces, handmade.scenario(), summary(traces, handmade.scenario()), [])
     assert "<script>x" not in found
 

@@ -157,8 +157,8 @@ def _without_waves(at: At) -> Channel:
 
 
 def _port(blocks: BlockSums, known: User) -> tuple[Account, Sums]:
-    """Return the account of a wave port with its safety limits, and the parts of both. Where ticks
-    were skipped the master's own sums give what was taken there.
+    """Return the account of a wave port with its safety limits, and the parts of both. The sums of
+    the master itself give what was taken in ticks that are not on record.
     """
     user, dt = blocks.user, blocks.user.tick_s
     port = WavePort(known.impedance)
@@ -171,9 +171,7 @@ def _port(blocks: BlockSums, known: User) -> tuple[Account, Sums]:
     changed = squared(f - f_m) > SAME_N**2
     changed = changed | (squared(u_m - port.u(xd, v_m)) > SAME_ROOT_W**2)
     to_waves = blocks.of_wave("u_m") - blocks.of_wave("v_m")
-    taken = blocks.of_ticks(into)
-    if not complete(user):
-        taken = taken + to_waves - blocks.of_ticks(on - kept)
+    taken = to_waves + blocks.of_ticks(into - on + kept)
     limited = blocks.of_ticks(np.where(changed, into - on, 0.0))
     given = to_waves + sum_of(beside.values())
     return Account(taken, given, dissipated=limited), {**beside, "safety": limited}
@@ -204,10 +202,7 @@ def _strict(at: At, known: User) -> Channel:
     """Return the accounts of the strict channel. The node has what the force applied did on the
     motion measured, and what the playout gave out and released; packets are what it paid.
     """
-    blocks, user = at.blocks, at.blocks.user
-    moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
-    work = blocks.of_ticks(np.sum(user.f_applied * moved, axis=-1))
-    work = work if complete(user) else user.energy.get("device", work)
+    blocks, work = at.blocks, hand_work(at.blocks.user, known.device)[0]
     energies = {"work": at.ended(work), "v_m": at.ended(blocks.of_wave("v_m"))}
     energies |= {"u_tx": at.sent(), "released": at.sent(blocks.released)}
     energies |= {"u_s": at.u_s, "v_s": at.v_s}

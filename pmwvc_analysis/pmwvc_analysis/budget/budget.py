@@ -36,9 +36,9 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     """Return the budget of a session; None without scenario, server or the master's own sums, and
     where motion is not finite.
     """
-    if scenario is None or traces.server is None or not len(traces.server.time_s):
+    if scenario is None or (server := traces.server) is None or not len(server.time_s):
         return None
-    scenario, ended = _ended(traces, scenario)
+    scenario, ended = _ended(traces, server, scenario)
     known = {user.name: user for user in scenario.users}
     traces = until(traces, ended.start_s)
     if (server := traces.server) is None:
@@ -83,10 +83,10 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     )
 
 
-def _ended(traces: SessionTraces, scenario: Scenario) -> tuple[Scenario, Unjudged]:
+def _ended(
+    traces: SessionTraces, server: ServerTraces, scenario: Scenario
+) -> tuple[Scenario, Unjudged]:
     """Return the scenario at the start, and when the budget of it ends and why."""
-    server = traces.server
-    assert server is not None
     unknown = [hole.unjudged for hole in holes(traces) if hole.start_s > 0.0]
     for user in (each for each in traces.users if each.name in server.users):
         unknown += stretch(user, server).unjudged

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
@@ -51,6 +52,11 @@ class Finding:
     why: str = ""
     counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
     held_j: float = 0.0  # of it, what forces held while a loop stood still explain [J]
+
+    @property
+    def words(self) -> str:
+        """The part in words."""
+        return words_of(self.part)
 
     @property
     def given_j(self) -> float:

@@ -16,11 +16,11 @@ every alignment of two hosts' clocks within its uncertainty is a violation; one 
 not judged.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmwvc_analysis.budget.criterion import Balance, Finding, counts_j, together
+from pmwvc_analysis.budget.criterion import Balance, counts_j, together
 from pmwvc_analysis.traces.block_sums import BlockSums, hand_work, up_to
 from pmwvc_analysis.traces.holes import GAP, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.sums import running, sum_of
@@ -29,7 +29,6 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.words import quantity
 
 STEPS = 9  # alignments that are tried within the uncertainty
 
@@ -111,18 +110,16 @@ def declared_j(scenario: Scenario, user: User) -> float:
     return own_j + scenario.strict * float(user.master.store_j + scenario.server.store_j)
 
 
-def within(found: Finding, balance: Balance, uncertain_s: float) -> Finding:
-    """Return a finding as it is with the uncertainty of the alignment [s]."""
-    if found.passive is not False or uncertain_s <= 0.0:
-        return found
-    came, went, down = balance.energy_in_j, balance.energy_out_j, found.part == "down"
+def clocks_explain(part: str, balance: Balance, uncertain_s: float) -> str:
+    """Return in words that a balance is passive at some alignment of the clocks of both ends,
+    within its uncertainty [s]; empty: at none.
+    """
+    came, went, down = balance.energy_in_j, balance.energy_out_j, part == "down"
     for shift_s in np.linspace(-uncertain_s, uncertain_s, STEPS):  # of the master's clock
         times = balance.time_s - shift_s
         known = (times >= balance.time_s[0]) & (times <= balance.time_s[-1])
         moved = np.interp(times, balance.time_s, went if down else came)
         shifted = came - moved if down else moved - went
         if known.any() and (shifted >= balance.limit_j)[known].all():
-            within = f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms"
-            least = f"explains the least balance of {quantity(found.least_j, 'J')}"
-            return replace(found, passive=None, why=f"{within}, which {least}")
-    return found
+            return f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms"
+    return ""

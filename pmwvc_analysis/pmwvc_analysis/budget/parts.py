@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of an energy budget in words, and the notes on what keeps it from closing to rounding.
+"""Ports and parts of an energy budget in words, and what keeps it from closing to rounding.
 
 A *remainder* is the difference that the other parts leave, so that the budget closes with it
 whatever it is: a false value there is not found. The accounts that blocks keep
@@ -18,6 +18,10 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 
 PARTS: Mapping[str, str] = {  # but for those that are accounts, with words of their own
+    "up": "link from the device to the server",
+    "down": "link from the server to the device",
+    "hand_port": "port of the hand",
+    "server": "server with its environment",
     "device_kinetic": "motion of the device",
     "device_damping": "damping of the device",
     "sample_hold": "sampling and holding at the device",
@@ -47,7 +51,7 @@ def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def words_of(part: str) -> str:
-    """Return a part in words."""
+    """Return a port or part in words."""
     if words := PARTS.get(part):
         return words
     entry = entries().get(part)

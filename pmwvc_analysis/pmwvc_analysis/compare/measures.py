@@ -25,7 +25,7 @@ from pmwvc_analysis.traces.arrivals import left_out
 from pmwvc_analysis.traces.felt import felt
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_analysis.verdicts import stability
-from pmwvc_analysis.verdicts.passivity import part_words, passivity
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame import Presence
 from pmwvc_core.numeric import Array
@@ -68,7 +68,7 @@ def least_balance(traces: SessionTraces, scenario: Scenario | None) -> dict[str,
         return {"passive": None, "active_part": None, "energy_min_j": None}
     worst = min(ports, key=lambda finding: finding.least_j)
     owner = "" if worst.part == SERVER else f"{worst.owner}: "
-    part = f"{owner}{part_words(worst)}" if worst.least_j < 0.0 else None
+    part = f"{owner}{worst.words}" if worst.least_j < 0.0 else None
     return {"passive": found.session, "active_part": part, "energy_min_j": worst.least_j}
 
 

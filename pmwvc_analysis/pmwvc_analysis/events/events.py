@@ -22,20 +22,16 @@ def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
     """Return what was noted of a session and what its traces show, in the order of time, events
     without a time first.
     """
-    found = []
-    for each in traces.events:  # without a kind: the end of a node, or the recorder's
-        recorder = each.get("who") == "recorder" and "code" not in each
-        found.append(each | {"kind": each.get("kind", "recording" if recorder else "ended")})
-    found += _derived(traces, scenario)
+    found = [*traces.events, *_derived(traces, scenario)]
     return sorted(found, key=lambda each: (each["time_s"] is not None, each["time_s"] or 0.0))
 
 
 def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
     for user in traces.users:
         yield from nodes.of_master(user, scenario)
-    if traces.server is not None:
-        yield from nodes.of_server(traces, scenario)
-        yield from grips.events(traces.server, scenario, traces.server.scene)
+    if (server := traces.server) is not None:
+        yield from nodes.of_server(server, traces.duration_s, scenario)
+        yield from grips.events(server, scenario, server.scene)
     yield from faults(traces)
     if scenario is not None and not traces.live:
         for change in changes_of(traces, scenario):

@@ -17,7 +17,7 @@ from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import BRAKING, UNCOUPLED, SafetyState
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces, loads
+from pmwvc_core.traces import ServerTraces, UserTraces, loads
 from pmwvc_core.words import listed
 
 Event = dict[str, Any]
@@ -97,17 +97,17 @@ def _breaks(
         yield event(start_s, who, "stall", text)
 
 
-def of_server(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
+def of_server(
+    server: ServerTraces, duration_s: float, scenario: Scenario | None
+) -> Iterator[Event]:
     """Yield who joined, left or fell silent, contacts, restarts and stalls of the server."""
-    server = traces.server
-    assert server is not None
     holds = scenario is not None and any(u.contact.grips for u in scenario.users)
     found = holes.of_server(server), [server.time_s[n - 1 : n + 1] for n in holes.starts(server)]
     yield from _breaks("server", "steps", server.time_s, server.period_s, *found)
     for index in range(len(server.users)):
-        yield from _presence(server, index, traces.duration_s)
+        yield from _presence(server, index, duration_s)
         made = "grip" if holds else "contact"
-        yield from _contacts(server, index, traces.duration_s, made, scenario)
+        yield from _contacts(server, index, duration_s, made, scenario)
 
 
 def _presence(server: ServerTraces, index: int, duration_s: float) -> Iterator[Event]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.recording import clocks
-from pmwvc_analysis.recording.own import Decoded, arrived_ns
+from pmwvc_analysis.recording.own import Decoded
 from pmwvc_core.account import continued
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.numeric import Array, Integers
@@ -78,7 +78,8 @@ def user_traces(
         reason=[str(block.reason) for block in blocks],
         energy={n: continued(column(blocks, f"energy_{n}"), restarts) for n in ENERGIES},
         accounts=_accounts(blocks), block_number=column(blocks, "seq", np.int64),
-        missed=_total(blocks, "missed"), safety_events=_total(blocks, "safety_events"),
+        missed=int(continued(column(blocks, "missed"), restarts)[-1]),
+        safety_events=int(continued(column(blocks, "safety_events"), restarts)[-1]),
         epoch=column(blocks, "epoch", np.uint64),
         changes=_joined(blocks, "changes"), looked_ns=_joined(blocks, "looked"),
         orientation=_orientations(blocks),
@@ -112,12 +113,6 @@ def _orientations(messages: Sequence[object]) -> Array:
     found = [getattr(message, "orientation", ()) for message in messages]
     width = min(map(len, found), default=0)
     return np.array([row[:width] for row in found], dtype=float).reshape(len(found), width)
-
-
-def _total(blocks: Sequence[MasterTrace], field: str) -> int:
-    """Return a running count summed over epochs."""
-    counts = sorted((block.epoch, int(getattr(block, field))) for block in blocks)
-    return sum(dict(counts).values())  # the largest of an epoch stays
 
 
 def server_traces(
@@ -185,9 +180,11 @@ def packet_traces(topic: str, rows: Sequence[Decoded], *, zero_ns: int) -> Packe
     dof = max(set(lengths), key=lengths.count)
     fits = np.array([len(row.message.wave) == len(row.message.integral) == dof for row in rows])
     kept = [row.message for row, whole in zip(rows, fits, strict=True) if whole]
+    published, recorded = [row.publish_ns for row in rows], [row.log_ns for row in rows]
+    arrived_ns = clocks.trusted_times(published, recorded)
     positions = [each.position if len(each.position) == dof else [np.nan] * dof for each in kept]
     return PacketTraces(
-        topic=topic, time_s=clocks.seconds(arrived_ns(rows)[fits], zero_ns),
+        topic=topic, time_s=clocks.seconds(arrived_ns[fits], zero_ns),
         epoch=column(kept, "epoch", np.uint64), seq=column(kept, "seq", np.int64),
         sent_ns=column(kept, "sent_ns", np.int64), period_s=column(kept, "period"),
         wave=column(kept, "wave").reshape(-1, dof), energy=column(kept, "energy"),

@@ -35,7 +35,7 @@ WINDOW_NS = 1_000_000_000
 MOST_WINDOWS = 120  # longer sessions have longer windows
 ONE_HOST, ECHO = "one host", "echo"
 LEAST_PAIRS = 8  # in a window, either way
-LARGEST_OFFSET_NS = 20_000_000  # a server's wall clock this far from the recorder's is wrong
+LARGEST_OFFSET_NS = 20_000_000  # of a publisher's clock from the recorder's; set by less: jitter
 
 
 class Alignment(NamedTuple):
@@ -85,6 +85,17 @@ def offset_ns(monotonic_ns: Integers, stamp_ns: Integers) -> int:
     return int(np.sort(stamp_ns - monotonic_ns)[len(stamp_ns) // 2])
 
 
+def trusted_times(own_ns: Sequence[int] | Integers, log_ns: Sequence[int] | Integers) -> Integers:
+    """Return instants by the clock of their publisher, which has them better than a recorder
+    that has to wait for the processor; those of recording where both clocks differ by more than
+    the recorder was late, or the publisher's was set [ns].
+    """
+    own, late_ns = np.array(own_ns, dtype=float), np.subtract(log_ns, own_ns, dtype=float)
+    one_clock = 0.0 <= late_ns.min() < max(LARGEST_OFFSET_NS, np.ptp(late_ns))
+    was_set = (np.diff(own) < -LARGEST_OFFSET_NS).any()
+    return np.array(own_ns if one_clock and not was_set else log_ns, dtype=np.int64)
+
+
 def seconds(ros_ns: Integers, zero_ns: int) -> Array:
     """Return seconds since the start of the session."""
     return (ros_ns - zero_ns).astype(float) * 1e-9
@@ -93,7 +104,7 @@ def seconds(ros_ns: Integers, zero_ns: int) -> Array:
 def time_lines(
     masters: Mapping[str, Sequence[MasterTrace]],
     steps: Sequence[ServerTrace],
-    arrived_ns: Integers,
+    steps_log_ns: Sequence[int],
     waves: Mapping[str, Sequence[Wave]],
     fates: Mapping[str, FateTraces],
 ) -> tuple[dict[str, Integers], Integers, dict[str, dict[str, str | float]]]:
@@ -107,12 +118,9 @@ def time_lines(
         if found := align(up, down, fates.get(f"{name}/up"), fates.get(f"{name}/down")):
             alignment[name] = found
     server, ahead_ns = start_times(steps), 0
-    if alignment:  # the recorder's clock where the server's own was set while running
+    if alignment:
         monotonic = monotonic_times(steps)
-        ahead_ns = offset_ns(monotonic, stamps(steps))
-        recorder_ns = offset_ns(monotonic, arrived_ns)
-        if abs(ahead_ns - recorder_ns) > LARGEST_OFFSET_NS:
-            ahead_ns = recorder_ns
+        ahead_ns = offset_ns(monotonic, trusted_times(stamps(steps), steps_log_ns))
         server = monotonic + ahead_ns
     times = {
         name: alignment[name].to_server(monotonic_times(blocks)) + ahead_ns

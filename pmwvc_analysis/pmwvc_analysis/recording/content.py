@@ -23,7 +23,8 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.own import Series, Topics, arrived_ns, decoded, keep_own
+from pmwvc_analysis.recording.clocks import trusted_times
+from pmwvc_analysis.recording.own import Series, Topics, decoded, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.topics import SCENE
@@ -34,6 +35,7 @@ from pmwvc_core.traces import HandTargets
 from pmwvc_core.transport.packet import intact
 from pmwvc_core.words import count
 
+LATEST_NS = 1 << 62  # log times beyond overflow
 CUT = "cut"  # kind of event: a file ends early
 NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
 Decode = Callable[[bytes, str], Any]
@@ -103,8 +105,7 @@ def read_content(folder: Path) -> Content:
             content.messages[topic] += 0  # counted also where nothing came
         if file.end:
             what = f"{path.name} ends early ({file.end}); everything before is read"
-            event = {"time_s": None, "who": "recorder", "kind": CUT, "what": what}
-            content.events.insert(0, event)
+            content.events.insert(0, {"who": "recorder", "kind": CUT, "what": what})
     return content
 
 
@@ -122,12 +123,14 @@ def content_of(raw: Iterable[RawMessage], decode: Decode) -> Content:
         content.messages[topic] = len(series.rows)
     for (topic, reason), number in undecoded.items():
         what = f"{topic}: {count(number, 'message')} cannot be decoded ({reason})"
-        content.events.append({"time_s": None, "who": "recorder", "what": what})
+        content.events.append({"who": "recorder", "kind": "recording", "what": what})
     return content
 
 
 def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
     """Take a message in; return why it cannot be decoded."""
+    if raw.log_ns >= LATEST_NS:
+        return f"recorded at {raw.log_ns} ns"
     if raw.type_name not in schemas.OUR_TYPES:
         content.messages[raw.topic] += 1
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
@@ -163,8 +166,11 @@ def hand_targets(
     """Return the targets of every user that has any, by name."""
     found: dict[str, list[tuple[float, tuple[float, ...], Orientation]]] = {}
     counts: dict[str, bool] = {}
-    timed = (zip(arrived_ns(each).tolist(), each, strict=True) for each in topics.values())
-    for at_ns, message in sorted(itertools.chain.from_iterable(timed), key=itemgetter(0)):
+    timed: list[tuple[int, RawMessage]] = []
+    for each in topics.values():
+        published, recorded = [raw.publish_ns for raw in each], [raw.log_ns for raw in each]
+        timed += zip(trusted_times(published, recorded).tolist(), each, strict=True)
+    for at_ns, message in sorted(timed, key=itemgetter(0)):
         user = message.topic.strip("/").split("/")[-3]
         point: tuple[float, ...] | None = None
         q = found[user][-1][2] if user in found else IDENTITY

@@ -22,9 +22,8 @@ before it counts too.
 """
 
 import itertools
-import math
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,13 +31,11 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording import clocks, schemas
 from pmwvc_analysis.recording.salvage import RawMessage
-from pmwvc_core.numeric import Flags, Integers
+from pmwvc_core.numeric import Flags
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.words import count
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
-LATEST_NS = 1 << 62  # log times beyond overflow
-TRUSTED_NS = 500_000_000  # from publication to reception, and by which publications may be swapped
 CLOCK_NS = 1_000_000_000  # by which the clock of a single message differs from its neighbours'
 TRACES = (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
 WITH_EPOCH = (*TRACES, schemas.WAVE, schemas.RECEPTION)
@@ -64,21 +61,6 @@ def decoded(raw: RawMessage, message: Any) -> Decoded:
         return Decoded(*times, message, str(message.link), int(message.first), len(message.seq))
     number = message.step if raw.type_name == schemas.SERVER_TRACE else message.seq
     return Decoded(*times, message, f"{int(message.epoch):016x}", int(number))
-
-
-def arrived_ns(messages: Sequence[Decoded | RawMessage]) -> Integers:
-    """Return when the messages of a topic arrived, as well as it is known [ns]: when they were
-    published, as the recorder may have to wait for the processor longer than who needs them. But
-    it is when they were recorded where the clocks differ by more than the recorder was late, or
-    one was set.
-    """
-    times = [(each.log_ns, each.publish_ns) for each in messages]
-    recorded, published = np.array(times, dtype=float).reshape(-1, 2).T
-    late_ns = recorded - published
-    soonest_ns, latest_ns = late_ns.min(initial=math.inf), late_ns.max(initial=-math.inf)
-    one_clock = 0.0 <= soonest_ns < max(TRUSTED_NS, latest_ns - soonest_ns)
-    place = 1 if one_clock and (np.diff(published) > -TRUSTED_NS).all() else 0
-    return np.array([each[place] for each in times], dtype=np.uint64).astype(np.int64)
 
 
 class Series(NamedTuple):
@@ -113,12 +95,7 @@ def keep_own(topics: Topics) -> Events:
     """Remove from ``topics`` what is not the session's own; return that as events."""
     found: Events = []
     for topic, (kind, rows) in topics.items():
-        problems = [
-            misfit(kind.rpartition("/")[2], row.message)
-            if row.log_ns < LATEST_NS
-            else f"recorded at {row.log_ns} ns"
-            for row in rows
-        ]
+        problems = [misfit(kind.rpartition("/")[2], row.message) for row in rows]
         why = f"whose fields do not fit together ({next(filter(None, problems), '')})"
         found += _keep(topic, rows, [problem is None for problem in problems], why)
     for topic, epochs in _own_epochs(topics).items():

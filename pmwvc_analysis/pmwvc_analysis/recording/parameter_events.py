@@ -16,12 +16,10 @@ from pmwvc_analysis.recording import schemas
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
-from pmwvc_core.scenario.names import spec_of, split_user
-from pmwvc_core.scenario.scenario import PARAMETERS
+from pmwvc_core.scenario.names import Change, spec_of, split_user
 from pmwvc_core.traces import ServerTraces, UserTraces
 
 KINDS = ("master", "server", "netem", "recorder")
-MOST_NAMES = 4  # in one event
 EARLY_S = 0.0005  # before the tick or step that took a change over: it counts from there on
 SAME_S = 1e-9  # an event and the look that took it over may be of one instant
 LATE_S = 0.5  # of such a tick or step, from the time of the event
@@ -110,8 +108,7 @@ def parameter_changes(
             set_to |= _in_scenario(node, name, value)
         if set_to:
             settings.append(((at_ns - zero_ns) * 1e-9, set_to))
-        texts, more = [_text(*each) for each in values.items()], len(values) - MOST_NAMES
-        what = ", ".join(texts[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+        what = f"set {Change(at_ns * 1e-9, values).words()}"
         who = " ".join(node.strip("/").split("/")[-2:])
         found.append({"time_ns": at_ns, "who": who, "kind": "parameter", "what": what})
     return found, settings
@@ -126,10 +123,3 @@ def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:
     except ScenarioError:
         return {}
     return {path: None if spec.optional and value == 0 else value}
-
-
-def _text(name: str, value: Any) -> str:
-    path = split_user(name)[1]
-    unit = PARAMETERS[path].spec.unit if path in PARAMETERS else "-"
-    number = f"{value:g}" if isinstance(value, float) else str(value)
-    return f"{name} set to {number}" + (f" {unit}" if unit != "-" else "")

@@ -15,7 +15,6 @@ import numpy as np
 from pmwvc_analysis.recording import assemble, links, schemas
 from pmwvc_analysis.recording.clocks import time_lines
 from pmwvc_analysis.recording.content import Content, hand_targets, read_content
-from pmwvc_analysis.recording.own import arrived_ns
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_analysis.recording.scenario_file import mapping_in
 from pmwvc_core.controllers.library import PLAIN
@@ -42,12 +41,12 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         for topic, series in content.of_type(schemas.MASTER_TRACE).items()
     }
     rows = [row for each in content.of_type(schemas.SERVER_TRACE).values() for row in each.rows]
-    steps, arrived = [row.message for row in rows], arrived_ns(rows)
+    steps, steps_log_ns = [row.message for row in rows], [row.log_ns for row in rows]
     waves, reports = content.of_type(schemas.WAVE), content.of_links(schemas.RECEPTION)
     fate_messages = content.of_links(schemas.PACKET_FATE)
     fates = {link: links.fate_traces(link, each) for link, each in fate_messages.items()}
     packets = {topic: series.messages for topic, series in waves.items()}
-    times, server_ns, alignment = time_lines(masters, steps, arrived, packets, fates)
+    times, server_ns, alignment = time_lines(masters, steps, steps_log_ns, packets, fates)
     zero_ns = min([int(each.min()) for each in (*times.values(), server_ns) if len(each)] or logs)
     about: dict[str, Any] = {"zero_ns": zero_ns, "alignment": alignment}
     about["fate_zero_ns"] = links.fate_zeros(fate_messages, zero_ns)
@@ -120,9 +119,11 @@ def _events(
         try:
             found += json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            found.append({"who": "runner", "what": f"events.json cannot be read: {error}"})
+            what = f"events.json cannot be read: {error}"
+            found.append({"who": "runner", "kind": "recording", "what": what})
     for event in found:
         if "time_ns" in event:
             event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9
         event.setdefault("time_s", None)
+        event.setdefault("kind", "ended")  # as runners of before noted it
     return found

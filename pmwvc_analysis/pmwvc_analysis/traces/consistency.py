@@ -19,7 +19,8 @@ from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame import SIGNALS, Presence
-from pmwvc_core.numeric import LARGEST, Array, root
+from pmwvc_core.law.vectors import LARGEST
+from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.impedance import WavePort

@@ -48,11 +48,11 @@ class Felt(NamedTuple):
     force_step_max_n: float  # largest step, and when
     force_step_max_s: float
     blows: int  # how often one began
-    force_undisturbed_n: float | None
-    force_least_n: float | None  # since the undisturbed force was first felt
-    dropout_s: float | None  # time since then below half of the undisturbed force
-    coupled_ratio: float  # of its time
-    buzz_n: float | None  # None: never coupled for a quarter of a second without an impact
+    force_undisturbed_n: float | None = None
+    force_least_n: float | None = None  # since the undisturbed force was first felt
+    dropout_s: float | None = None  # time since then below half of the undisturbed force
+    coupled_ratio: float = 0.0  # of its time
+    buzz_n: float | None = None  # None: never coupled for 0.25 s without an impact
     disturbed_s: float | None = None  # None without a scenario
 
 
@@ -87,8 +87,8 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     blows = int(begins(steps > max(th.BLOW_N, smooth_n)).sum())
     found = Felt(
         float(steps[worst]), float(user.time_s[worst]), blows,
-        None, None, None, float(lasted_s[together].sum() / lasted_s.sum()),
-        _buzz_n(user, coupled & ~impact & ~broken),
+        coupled_ratio=float(lasted_s[together].sum() / lasted_s.sum()),
+        buzz_n=_buzz_n(user, coupled & ~impact & ~broken),
     )  # fmt: skip
     if scenario is None or known is None:
         return found

@@ -130,14 +130,14 @@ def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
     """Return what of a session is judged for one user: up to where its master or the server was
     started again.
     """
-    ran = user.time_s + user.lateness_s
+    ran, ends_s = user.time_s + user.lateness_s, user.block_time_s[block_of_ticks(user)]
     # where the recorder found it only when it was running
-    start_s = _block_end_s(user, float(user.time_s[0])) if user.tick[0] > 0 else -math.inf
+    start_s = float(ends_s[0]) if user.tick[0] > 0 else -math.inf
     end_s, last_s = float(ran[-1] + 1.5 * user.tick_s), float(max(ran[-1], server.time_s[-1]))
     unjudged = []
     for row in gaps(user):
-        back_s = _block_end_s(user, float(user.time_s[row + 1]))
-        unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
+        last_ran_s, back_s = float(ran[row] + 0.5 * user.tick_s), float(ends_s[row + 1])
+        unjudged.append(Unjudged(last_ran_s, back_s, GAP))
     again = [(float(server.time_s[row]), SERVER) for row in starts(server)[:1]]
     for row in np.flatnonzero(np.diff(user.tick) < 0)[:1]:
         # where its last tick led to is not known: up to the block before
@@ -170,9 +170,3 @@ def block_of_ticks(user: UserTraces) -> NDArray[np.intp]:
     """Return the row of the block that each tick belongs to; the last one for those behind it."""
     block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
     return np.minimum(block, len(user.block_time_s) - 1)
-
-
-def _block_end_s(user: UserTraces, time_s: float) -> float:
-    """Return the end of the block with the tick at a time [s]."""
-    later = user.block_time_s[user.block_time_s > time_s + 0.5 * user.tick_s]
-    return float(later.min(initial=time_s if not len(later) else np.inf))

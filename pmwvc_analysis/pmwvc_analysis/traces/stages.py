@@ -56,7 +56,7 @@ def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
 
 def disturbances(traces: SessionTraces) -> list[tuple[str, str, float]]:
     """Return to which nodes a scenario asked something to be done, what, and when it was [s]."""
-    asked = [each for each in traces.events if each.get("kind") == "disturbance"]
+    asked = [each for each in traces.events if each["kind"] == "disturbance"]
     return [(e["who"], e["what"].rpartition(": ")[2], float(e["time_s"])) for e in asked]
 
 

@@ -100,7 +100,7 @@ def judged(traces: SessionTraces, found: list[Ending]) -> SessionTraces:
 
 def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
     """Return in words by how much a session or its record is shorter than its scenario, if so."""
-    cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
+    cut = next((str(each["what"]) for each in traces.events if each["kind"] == CUT), "")
     if scenario is None or traces.source == "simulated":
         return cut
     if (end_s := session_end_s(traces, scenario)) > scenario.duration_s - EARLY_S:

@@ -42,10 +42,13 @@ class Motion:
 
 @dataclass(frozen=True)
 class Strength:
-    """Median RMS velocity beyond the band late in the judged span [m/s], and how it changed."""
+    """Median RMS velocity of a motion beyond the band late in the judged span [m/s], and how it
+    changed.
+    """
 
-    late_m_s: float
-    growth: float  # last third over the first
+    motion: Motion
+    late_m_s: float = 0.0
+    growth: float = 0.0  # last third over the first
     midway: float = 0.0  # middle third over the first
     known: bool = True  # whether enough of both was recorded
     settled: bool = True  # whether the span is long enough
@@ -53,14 +56,22 @@ class Strength:
     apart_s: float = 0.0  # time from the first third to the last [s]
 
     @property
-    def remains(self) -> bool:
-        """Tell whether it did not halve from the first third to the last."""
-        return self.growth > th.HALVED
+    def most_m_s(self) -> float:
+        """The largest speed beyond the band that is no oscillation [m/s]: 1 mm/s, or what an
+        encoder's noise or images of sampling make.
+        """
+        motion = self.motion
+        return max(th.OSCILLATION_M_S, motion.noise_m_s, motion.images * self.purposeful_m_s)
+
+    @property
+    def lasts(self) -> bool:
+        """Tell whether it is an oscillation that does not die out."""
+        return self.late_m_s > self.most_m_s and self.growth > th.HALVED
 
     @property
     def fades(self) -> bool:
         """Tell whether it became less from third to third, too slowly to be seen to die out."""
-        return self.remains and self.growth < min(self.midway, th.FADED) and self.midway < 1.0
+        return th.HALVED < self.growth < min(self.midway, th.FADED) and self.midway < 1.0
 
     def decays_by(self, rate_per_s: float) -> bool:
         """Tell whether it changed as a motion that decays at a rate [1/s]; NaN: no such rate."""
@@ -69,23 +80,11 @@ class Strength:
         return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(th.FADED)
 
 
-def most_m_s(found: Strength, motion: Motion) -> float:
-    """Return the largest speed beyond the band that is no oscillation [m/s]: 1 mm/s, or what an
-    encoder's noise or images of sampling make.
-    """
-    return max(th.OSCILLATION_M_S, motion.noise_m_s, motion.images * found.purposeful_m_s)
-
-
-def lasts(found: Strength, motion: Motion) -> bool:
-    """Tell whether a motion beyond the band is an oscillation that does not die out."""
-    return found.late_m_s > most_m_s(found, motion) and found.remains
-
-
 def strength(motion: Motion, duration_s: float) -> Strength:
     """Return how strong motion beyond the band is, and whether it grows or dies out."""
     pieces = _pieces(motion)
     if not (found := _levels(motion, pieces)):
-        return Strength(0.0, 0.0, known=len(pieces) <= 1)
+        return Strength(motion, known=len(pieces) <= 1)
     middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
     end_s = min(duration_s, float(motion.time_s[-1]) + motion.period_s)  # its user may have left
     start_s = min(max(0.5 * end_s, motion.since_s), max(end_s - th.SHORTEST_S, 0.0))
@@ -97,6 +96,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     known = min(int(third.sum()) for third in thirds)
     expected = 0.5 * third_s / th.WINDOW_S - 1.0
     return Strength(
+        motion,
         min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,

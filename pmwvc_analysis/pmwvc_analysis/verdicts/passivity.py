@@ -22,19 +22,12 @@ import numpy as np
 
 from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Balance, Finding, server_allowance_j, together
-from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import AGAIN, Unjudged, of_server, skips, starts
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import quantity, share
 
-PORTS = {
-    "up": "link from the device to the server",
-    "down": "link from the server to the device",
-    "hand_port": "port of the hand",
-    SERVER: "server with its environment",
-}
 NO_SERVER = "the server's trace is missing"
 NO_SCENARIO = "without the scenario its declared storage is not known"
 
@@ -78,8 +71,10 @@ def passivity(
         open_s = float(clock.get("uncertainty_s", 0.0))
         unknown = [*entry.unjudged, *missing]
         for part, balance in entry.parts.items():
-            port = energy.within(balance.judged(user.name, part, unknown), balance, open_s)
-            ports.append(_excused(_held(port, user), "" if scenario else NO_SCENARIO))
+            port, why = _held(balance.judged(user.name, part, unknown), user), ""
+            if port.passive is False and open_s > 0.0:
+                why = energy.clocks_explain(part, balance, open_s)
+            ports.append(_excused(port, why if scenario else NO_SCENARIO))
     if traces.server is not None and len(traces.server.time_s):
         ports.append(_of_server(traces.server, scenario, missing))
     violated = {port.owner for port in ports if port.passive is False}
@@ -131,13 +126,13 @@ def verdict(found: Passivity, owner: str) -> str:
     violated = [port for port in ports if port.passive is False]
     if violated:
         worst = min(violated, key=lambda port: port.least_j)
-        return f"NOT passive: {part_words(worst)}, {amount(worst)}"
+        return f"NOT passive: {worst.words}, {amount(worst)}"
     unknown = [port for port in ports if port.passive is None]
     if unknown:
         why = unknown[0].why  # some texts begin with when
         return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
     least = min(ports, key=lambda port: (port.least_j, -port.declared_j))
-    text = f"{part_words(least)}, " * (least.least_j < -least.tolerance_j) + amount(least)
+    text = f"{least.words}, " * (least.least_j < -least.tolerance_j) + amount(least)
     if least.least_j < -least.declared_j - least.tolerance_j:  # counts of an encoder explain it
         return f"passive within the encoder's bound of {quantity(least.counts_j, 'J')}: {text}"
     return f"passive: {text}"
@@ -161,7 +156,7 @@ def component(finding: Finding) -> str:
     """Return what one component generated."""
     where = "server" if finding.owner == SERVER else finding.owner
     return (
-        f"{where}: {words_of(finding.part)} generated {quantity(finding.given_j, 'J')} "
+        f"{where}: {finding.words} generated {quantity(finding.given_j, 'J')} "
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {quantity(finding.tolerance_j, 'J')}"
     )
@@ -172,8 +167,3 @@ def _beside_moved(finding: Finding) -> str:
     if not finding.moved_j > 0.0:
         return "no energy moved"
     return f"{share(finding.ratio)} {quantity(finding.moved_j, 'J')} moved"
-
-
-def part_words(finding: Finding) -> str:
-    """Return a port in words."""
-    return PORTS.get(finding.part, finding.part.replace("_", " "))

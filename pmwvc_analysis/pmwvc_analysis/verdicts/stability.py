@@ -39,14 +39,7 @@ from pmwvc_analysis.traces.arrivals import waited
 from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.drive import UNKNOWN, Drive, drive, kept_driven, works
-from pmwvc_analysis.verdicts.oscillation import (
-    Motion,
-    Strength,
-    lasts,
-    most_m_s,
-    motions,
-    strength,
-)
+from pmwvc_analysis.verdicts.oscillation import Strength, motions, strength
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -77,8 +70,8 @@ def _unknown(why: str) -> Verdict:
 class _Judge:
     def __init__(self, traces: SessionTraces, scenario: Scenario | None, since_s: float) -> None:
         self.traces, self.scenario = traces, scenario
-        self.moved = motions(traces, scenario, since_s)
-        self.found = [(strength(motion, traces.duration_s), motion) for motion in self.moved]
+        moved = motions(traces, scenario, since_s)
+        self.found = [strength(motion, traces.duration_s) for motion in moved]
         self.works = works(traces, scenario)
 
     def verdict(self) -> Verdict:
@@ -86,10 +79,10 @@ class _Judge:
         judged = self._outside() or self._at_end()
         if judged.stable and (unknown := self._shows_nothing()):
             judged = _unknown(unknown)
-        given = self.traces, self.scenario, self.moved, self.works
+        given = self.traces, self.scenario, [each.motion for each in self.found], self.works
         if judged.stable is not False and (driven := kept_driven(*given)):
             judged = Verdict(False, SUSTAINED, driven)
-        strongest = max((each.late_m_s for each, _ in self.found), default=0.0)
+        strongest = max((each.late_m_s for each in self.found), default=0.0)
         return judged._replace(oscillation_m_s=strongest)
 
     def _drive(self, start_s: float, end_s: float) -> Drive:
@@ -137,19 +130,21 @@ class _Judge:
 
     def _at_end(self) -> Verdict:
         traces, end_s = self.traces, self.traces.duration_s
-        lasting = [(found, motion) for found, motion in self.found if lasts(found, motion)]
+        lasting = [found for found in self.found if found.lasts]
         links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
-        since_s = max([0.5 * end_s, *(motion.since_s for _, motion in lasting)])
+        since_s = max([0.5 * end_s, *(found.motion.since_s for found in lasting)])
         waiting, shaken = "", waited(links, since_s, end_s)
         if shaken > th.UNEVEN:
             waiting = f"while {shaken:.0%} of the time went by in waiting for late packets"
         late = self._drive(since_s, end_s) if lasting else UNKNOWN
         own = [] if waiting or late.by_hands else lasting
-        for found, motion in own:
+        for found in own:
             if found.late_m_s > th.GROWN_M_S and found.growth >= th.GROWN:
                 kind = SUSTAINED if passive(traces, self.scenario) else "diverged"
                 speed = f"{found.late_m_s * 1e3:.0f} mm/s"
-                return self._unstable(kind, f"{motion.name} oscillates with {speed}, growing")
+                return self._unstable(
+                    kind, f"{found.motion.name} oscillates with {speed}, growing"
+                )
         if took_over := limits.taken_over(traces):
             return Verdict(False, LIMITED, took_over)
         shortened, saturated = limits.often_shortened(traces, self.scenario)
@@ -163,13 +158,13 @@ class _Judge:
             return Verdict(False, "environment lost", lost)
         if not lasting:
             return Verdict(True, None, _quiet_words(self.found))
-        return self._lasting(*min(own or lasting, key=lambda pair: pair[0].fades), waiting, late)
+        return self._lasting(min(own or lasting, key=lambda found: found.fades), waiting, late)
 
-    def _lasting(self, found: Strength, motion: Motion, waiting: str, late: Drive) -> Verdict:
+    def _lasting(self, found: Strength, waiting: str, late: Drive) -> Verdict:
         """Judge a motion beyond the band that does not die out: ``waiting`` says how long late
         packets were waited for, ``late`` tells who drove the motion.
         """
-        speed = f"{found.late_m_s * 1e3:.1f} mm/s"
+        motion, speed = found.motion, f"{found.late_m_s * 1e3:.1f} mm/s"
         moves = f"{motion.name} moves with {speed} beyond the voluntary band"
         longer = "only a longer session can show whether it"
         if not found.settled:
@@ -199,7 +194,7 @@ class _Judge:
         users = self.traces.users
         if (length_s := self.traces.duration_s) < th.SHORTEST_S:
             return f"{length_s:.2g} s are too short to judge, {th.SHORTEST_S:g} s at least"
-        if unknown := ", ".join(motion.name for found, motion in self.found if not found.known):
+        if unknown := ", ".join(found.motion.name for found in self.found if not found.known):
             return f"too little of the motion of {unknown} is known"
         if users and not any((user.state == COUPLED).any() for user in users):
             return "no user was ever coupled"
@@ -208,12 +203,12 @@ class _Judge:
         return ""
 
 
-def _quiet_words(found: list[tuple[Strength, Motion]]) -> str:
+def _quiet_words(found: list[Strength]) -> str:
     """Return why motion beyond the voluntary band is no oscillation, with its amount."""
     if not found:
         return "no motion is on record"
-    worst, motion = max(found, key=lambda pair: pair[0].late_m_s)
-    late, most = 1e3 * worst.late_m_s, 1e3 * most_m_s(worst, motion)
+    worst = max(found, key=lambda each: each.late_m_s)
+    late, most = 1e3 * worst.late_m_s, 1e3 * worst.most_m_s
     limit = f"(limit {most:.3g} mm/s){', and decays' if late > most else ''}"
     return f"oscillation beyond the voluntary band is {late:.1f} mm/s at the end {limit}"
 

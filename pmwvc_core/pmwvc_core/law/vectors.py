@@ -12,6 +12,7 @@ from operator import add, mul, sub
 from typing import Any, TypeAlias
 
 Vector: TypeAlias = tuple[float, ...]
+LARGEST = 1e100  # of a measurement or a force [m], [m/s], [N]; what is beyond it, or NaN, is none
 
 
 def each(law: Callable[..., Any], rows: tuple[tuple[Any, ...], ...], *shared: Any) -> Any:
@@ -102,6 +103,11 @@ def within(a: Vector, reach: float) -> bool:
     for i in range(len(a)):
         inside = inside and -reach < a[i] < reach
     return inside
+
+
+def measured(a: Vector) -> bool:
+    """Tell whether a vector may have been measured, or be a force."""
+    return within(a, LARGEST)
 
 
 def total(start: float, values: Vector) -> float:

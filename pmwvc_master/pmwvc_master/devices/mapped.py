@@ -19,8 +19,8 @@ import numpy as np
 from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.law.safety.limits import FADE_S
-from pmwvc_core.law.vectors import Vector, dot, minus, plus, scaled, squared, times, within, zero
-from pmwvc_core.numeric import LARGEST, Value
+from pmwvc_core.law.vectors import Vector, dot, measured, minus, plus, scaled, squared, times, zero
+from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_master.devices import PLUGINS, DeviceInfo, DeviceSample, DeviceSetup, HapticDevice
 from pmwvc_master.devices.plausible import Plausible
@@ -76,7 +76,7 @@ class Mapped:
             return own
         at = self._of_device(there.x, self._s)
         x = plus(at, self._shift)
-        if within(at, LARGEST):  # what is no number is so for this tick only
+        if measured(at):  # what is no number is so for this tick only
             if c < 1.0:
                 x = plus(self._x, scaled(minus(at, self._at), c))
                 self._shift = minus(x, at)

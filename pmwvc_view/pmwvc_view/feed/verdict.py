@@ -19,7 +19,6 @@ from pmwvc_analysis.budget.energy import declared_j
 from pmwvc_analysis.events import grips
 from pmwvc_analysis.traces.felt import felt, felt_words
 from pmwvc_analysis.verdicts import stability
-from pmwvc_analysis.verdicts.passivity import part_words
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, loads
@@ -153,7 +152,7 @@ def _waits(user: FeedUser) -> str:
 def _active(feed: Feed, exact: Collection[str]) -> list[str]:
     """Return the accounts that were below what they may be, in words."""
     return [
-        f"{f'{found.owner}, ' if found.owner in feed.users else ''}{part_words(found)}, gave out "
+        f"{f'{found.owner}, ' if found.owner in feed.users else ''}{found.words}, gave out "
         f"{quantity(found.given_j, 'J')} more than it received (at {found.least_s or 0.0:.1f} s)"
         for found in feed.worst.values()
         if found.passive is False and (found.part != "hand_port" or found.owner in exact)

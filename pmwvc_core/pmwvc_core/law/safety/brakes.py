@@ -33,18 +33,17 @@ from pmwvc_core.law.vectors import (
     between,
     dot,
     length,
+    measured,
     minus,
     plus,
     scaled,
     shortened,
     squared,
-    within,
     zero,
 )
 from pmwvc_core.law.wave.wave import affordable, damper, firmer, free_velocity
 
 MEAN_S, HAND_RETURN_S = 0.5 * SETTLE_S, 2.0 * SETTLE_S
-LARGEST = 1e100  # of a measurement or a force; what is beyond it is none
 FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
 
 
@@ -102,7 +101,7 @@ def hand_braked(
     ``last`` is the force on the device in the tick before [N]; where the way [m] is no number
     nothing begins to be held.
     """
-    known = within(way, LARGEST)
+    known = measured(way)
     largest = brake_force(s.largest, waits and known, last, tick_s, HAND_RETURN_S)
     if largest.left <= 0.0:
         return HandBrake(largest, zero(s.z)), zero(s.z)

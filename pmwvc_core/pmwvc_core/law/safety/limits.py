@@ -22,24 +22,18 @@ holds the hand on the strict channel (:mod:`.brakes`). Equations: docs/theory.md
 
 from typing import NamedTuple
 
-from pmwvc_core.law.safety.brakes import (
-    LARGEST,
-    HandBrake,
-    brake_limit,
-    hand_braked,
-    loose_brake,
-)
+from pmwvc_core.law.safety.brakes import HandBrake, brake_limit, hand_braked, loose_brake
 from pmwvc_core.law.vectors import (
     Vector,
     columns,
     dot,
     each,
+    measured,
     minus,
     plus,
     scaled,
     shortened,
     times,
-    within,
     zero,
 )
 
@@ -116,7 +110,7 @@ def limits(
     ``interrupted``: no waves come, here or at the server; ``unreceived``: the server has had none
     of this user for too long.
     """
-    good, speed = within(f, LARGEST) and within(x, LARGEST) and within(xd, LARGEST), 0.0
+    good, speed = measured(f) and measured(x) and measured(xd), 0.0
     if not good:
         f, xd = zero(f), zero(xd)
     for i in range(len(p.groups)):
