@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 from support import plain as files
-from support.law_rigs import Port
 from support.packer import Packer
+from support.port_rig import Port
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies

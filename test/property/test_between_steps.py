@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from support.law_rigs import Port
+from support.port_rig import Port
 
 from pmwvc_core.law.channel.playout import PlayoutParams
 from pmwvc_core.params import DeviceParams, MasterParams

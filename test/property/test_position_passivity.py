@@ -13,8 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.filter_runs import Held
-from support.law_rigs import ForceLimits, Port
+from support.law_rigs import ForceLimits
 from support.packer import Packer
+from support.port_rig import Port
 
 from pmwvc_core.ends.inbox import value
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams

@@ -9,8 +9,8 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.law_rigs import Port
 from support.port_parts import AllPass, Echo, Part, Waves
+from support.port_rig import Port
 from support.strategies import TICK_S
 
 from pmwvc_core.params import (

@@ -5,8 +5,9 @@
 import numpy as np
 import pytest
 from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
-from support.law_rigs import Port, Users
+from support.law_rigs import Users
 from support.packer import Packer
+from support.port_rig import Port
 
 from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm, aimed, set_to
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams

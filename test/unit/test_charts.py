@@ -8,7 +8,6 @@ import json
 import re
 import shutil
 import subprocess
-import warnings
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -177,20 +176,6 @@ def test_every_figure_is_valid_xml_with_all_its_curves(count, tmp_path):
             assert [text.get_text() for text in axes.texts if text.xy == (0.5, 1.0)] == [
                 "1" for _ in range(panel.of_time)
             ]
-
-
-def test_long_labels_leave_the_axes_their_room(tmp_path):
-    label = "server: " + ", ".join(["decoding with the force of the previous step"] * 4)
-    line = Curve(label, np.arange(3.0), np.arange(3.0), "u0", period=1.0)
-    chart = Chart("long", "Long labels", "", [Panel("energy [mJ]", lines=[line])])
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")  # matplotlib's, where axes have no room left
-        files = write(chart, tmp_path)
-        drawn = figure(chart)
-        drawn.canvas.draw()
-    assert all(file.stat().st_size for file in files)
-    [axes] = drawn.axes
-    assert axes.get_position().width > 0.5  # of the figure
 
 
 def by_script(data, tmp_path):
