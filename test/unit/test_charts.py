@@ -147,12 +147,12 @@ def test_what_a_report_holds_is_exact_and_complete_while_it_is_small():
 
 
 def test_a_long_session_is_thinned_and_keeps_peak_and_hole():
-    x = np.arange(2_000_000) * 0.001
+    x = np.arange(500_000) * 0.001
     y = np.sin(x)
-    y[1_234_567], y[700_001] = 9.0, -9.0
-    y[1_500_000:1_600_000] = np.nan
+    y[323_456], y[170_001] = 9.0, -9.0
+    y[375_000:400_000] = np.nan
     lines = [Curve(f"{n}", x, y + 0.0 * n, "u0", period=0.001) for n in range(3)]
-    data, complete = payload([Chart("c", "C", "", [Panel("y", lines=lines)])], (0.0, 2000.0), [])
+    data, complete = payload([Chart("c", "C", "", [Panel("y", lines=lines)])], (0.0, 500.0), [])
     assert not complete
     assert len(json.dumps(data)) < 6 * MOST_NUMBERS
     rows = thinned(x, y, period=0.001, most=20_000)
@@ -161,9 +161,8 @@ def test_a_long_session_is_thinned_and_keeps_peak_and_hole():
     assert np.isnan(y[rows]).sum() == 1
 
 
-@pytest.mark.parametrize("count", [6])
-def test_every_figure_is_valid_xml_with_all_its_curves(count, tmp_path):
-    traces, scenario = many_users(count), handmade.scenario(duration_s=1.6)
+def test_every_figure_is_valid_xml_with_all_its_curves(tmp_path):
+    traces, scenario = many_users(3), handmade.scenario(duration_s=1.6)
     traces.events = [{"time_s": 0.5, "who": "user1", "kind": "grip", "what": "<gripped> & held"}]
     span = recorded.span(traces)
     for chart in charts(traces, scenario):

@@ -100,7 +100,7 @@ DISTURBED = (
 
 
 def test_a_session_counts_exactly_and_its_report_has_it(tmp_path):
-    scenario = load("carry_16ms", duration_s=3.0, settings_texts=DISTURBED)
+    scenario = load("carry_16ms", duration_s=1.5, settings_texts=DISTURBED)
     traces = simulate_one(scenario)
     record_traces(tmp_path, traces, scenario)
     read = read_session(tmp_path)
