@@ -38,7 +38,7 @@ SETTINGS = {
 }
 
 
-def pressed(kind, setting, *, force=1.0, duration_s=8.0, **more):
+def pressed(kind, setting, *, force=1.0, duration_s=5.0, **more):
     base = {"name": "press", "controller": "pmwvc", "channel": "plain", "users": 1}
     touch = {"contact": "bilateral", "contact_stiffness": K, "contact_damping": 1.0}
     parts = {
