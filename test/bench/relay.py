@@ -8,7 +8,8 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from support.processes import NodeProcess, ros
+from support.peers import ros
+from support.processes import NodeProcess
 
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages

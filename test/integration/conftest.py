@@ -7,7 +7,7 @@ from contextlib import ExitStack
 
 import pytest
 from support.excuses import pytest_runtest_makereport, pytest_runtest_protocol  # noqa: F401
-from support.processes import ros
+from support.peers import ros
 from support.sessions import Running, shared_memory_of
 
 CHANGES = [

@@ -17,7 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from mcap.reader import make_reader
 from rclpy.serialization import deserialize_message
 from support.excuses import unless_stalled
-from support.processes import ros
+from support.peers import ros
 from support.sessions import Running
 from support.starts import not_heard
 from support.verdicts import judged_passive, judged_stable, stood_still

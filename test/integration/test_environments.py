@@ -10,7 +10,8 @@ import os
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
-from support.processes import NodeProcess, ros
+from support.peers import ros
+from support.processes import NodeProcess
 from support.scenes import CONFIG, scene
 
 from pmwvc_core.params import DeviceParams, OperatorParams

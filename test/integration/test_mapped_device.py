@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from std_srvs.srv import SetBool
+from support.peers import ros
 from support.played_server import Server, master, signal
-from support.processes import ros
 
 from pmwvc_core.master.safety import UNCOUPLED
 from pmwvc_core.runtime import messages

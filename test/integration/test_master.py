@@ -10,8 +10,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from support.peers import ros
 from support.played_server import FRAME_S, MODULE, STEP_N, USER, Server, master, signal
-from support.processes import NodeProcess, ros
+from support.processes import NodeProcess
 
 from pmwvc_core.params import MasterParams, OperatorParams
 from pmwvc_core.runtime import messages

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from oracle import link_oracle
-from support.processes import NodeProcess, ros
+from support.peers import ros
+from support.processes import NodeProcess
 from support.relayed import Line, same
 
 from pmwvc_core.network.in_flight import Cause, FateKind

@@ -7,7 +7,8 @@ import re
 
 import pytest
 from rclpy.parameter import Parameter
-from support.processes import refused, ros
+from support.peers import ros
+from support.processes import refused
 
 from pmwvc_analysis import recorder_node
 from pmwvc_bringup.session import plan

@@ -7,7 +7,8 @@ import signal
 
 import pytest
 import yaml
-from support.processes import NodeProcess, refused, ros
+from support.peers import ros
+from support.processes import NodeProcess, refused
 
 from pmwvc_analysis.recorder_node import main
 from pmwvc_analysis.recording.reader import read_session

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
-from support.processes import ros
+from support.peers import ros
 from support.sessions import ROOT, Running
 
 from pmwvc_analysis.doctor import check_recording

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 from support.excuses import unless_stalled
-from support.processes import NodeProcess, ros
+from support.peers import ros
+from support.processes import NodeProcess
 
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.runtime import messages

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from std_srvs.srv import Trigger
 from support.excuses import unless_stalled
-from support.processes import NodeProcess, ros
+from support.peers import ros
+from support.processes import NodeProcess
 from support.sessions import ROOT, Running
 from support.simulated import judged, simulated
 from support.starts import not_heard

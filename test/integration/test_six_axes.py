@@ -7,8 +7,8 @@ import signal
 import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from scipy.spatial.transform import Rotation
+from support.peers import ros
 from support.played_server import Server, master
-from support.processes import ros
 from support.sessions import Running
 
 from pmwvc_analysis.recording.reader import read_session

@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from support.processes import ros
+from support.peers import ros
 from support.sessions import ROOT, Running
 from support.verdicts import judged_stable
 

@@ -9,8 +9,9 @@ import math
 import pytest
 from support.fake_library import compiled, needs_compiler
 from support.inverse_service import InverseService
+from support.peers import ros
 from support.played_server import USER, Server, master, signal
-from support.processes import refused, ros
+from support.processes import refused
 
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_master.devices import check

@@ -21,7 +21,7 @@ from pmwvc_core.simulation.session import simulate_one
 
 PRESS = {
     "name": "press",
-    "duration_s": 5.0,
+    "duration_s": 2.0,
     "controller": "virtual_coupling",
     "users": 2,
     "operator": {"kind": "constant", "force": 1.0},
@@ -88,22 +88,25 @@ def test_the_criteria_are_those_published():
     assert min(observed.values()) < 0.0
 
 
-@pytest.mark.parametrize("name", ["carry_16ms", "carry_24ms"])
-def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(name):
+@pytest.mark.parametrize(
+    ("name", "dampings"), [("carry_16ms", (0.0, 3.0)), ("carry_24ms", (3.0, 8.1))]
+)
+def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(name, dampings):
     """3 N s/m are enough at 16 ms and too little at 24 ms; the rule asks for 4.1 and 8.1."""
     words = ["controller=tdpa", "duration_s=12"]
     ours = -tuning.check_tdpa(TdpaParams(damping=0.0), loop_in(load(name)))["delay"]
+    assert ours == pytest.approx(4.1 if name == "carry_16ms" else 8.1)
     scenarios = [
         load(name, settings_texts=[*words, f"baseline.tdpa.damping={damping}"])
-        for damping in (0.0, 3.0, ours)
+        for damping in dampings
     ]
     found = [verdict(simulate_one(scenario), scenario).stable for scenario in scenarios]
-    assert found == [False, name == "carry_16ms", True]
+    assert found == [False, True]
 
 
 def test_a_damper_within_its_rule_does_not_chatter_on_an_encoder():
     """The control is half of what stops the device: 10 um steps then drive it."""
-    words = ["controller=tdpa", "duration_s=5", "device.encoder_step_m=1e-5"]
+    words = ["controller=tdpa", "duration_s=4", "device.encoder_step_m=1e-5"]
     words.append("device.velocity=euler")
     scenarios = [
         load("carry_16ms", settings_texts=[*words, f"baseline.tdpa.damping_max={most}"])

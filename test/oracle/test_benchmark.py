@@ -162,7 +162,7 @@ def known():
     """Plain waves at each task on a constant link, and on none."""
     settings, found = METHODS["plain"].settings, {}
     for task, network in [(task, "thesis_lan_16") for task in TASKS] + [("wall", "ideal")]:
-        found[task, network] = run(Trial("plain", settings, task, network, 1001, 10.0))
+        found[task, network] = run(Trial("plain", settings, task, network, 1001, 6.0))
     return found
 
 

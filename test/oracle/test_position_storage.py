@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 from support import plain as files
-from support.law_rigs import Port
 from support.packer import Packer
+from support.port_rig import Port
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -27,7 +27,7 @@ ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")
 FIRST_ORDER = "master.filter.kind=first_order"
 
 
-def carried(*settings, duration_s=12.0):
+def carried(*settings, duration_s):
     scenario = files.load("carry_16ms", settings_texts=settings, duration_s=duration_s)
     return simulate_one(scenario), scenario
 
@@ -49,7 +49,7 @@ def test_with_a_storage_the_offset_goes_to_zero_and_the_storage_is_all_that_is_l
         "master.position.adapts=true",
         f"master.position.storage_j={storage_j}",
     )
-    traces, scenario = carried(*settings, duration_s=12.0)
+    traces, scenario = carried(*settings, duration_s=9.0)
     assert abs(apart_m(traces)) < 5e-5
     for entry in user_energies(traces, scenario):
         assert entry.joint.declared_j == storage_j
@@ -60,7 +60,7 @@ def test_with_a_storage_the_offset_goes_to_zero_and_the_storage_is_all_that_is_l
     assert f"declared storage {1e3 * storage_j:.3g} mJ" in verdict(found, "user1")
     assert any("declared storage" in line for line in lines(scenario, live=False))
     # the controls: without a storage there is nothing to take, and undeclared it is a violation
-    without, _ = carried(*settings[:3], duration_s=6.0)
+    without, _ = carried(*settings[:3], duration_s=5.0)
     assert abs(apart_m(without)) > 2e-3
     assert not any(entry.passive for entry in user_energies(traces))
 
@@ -104,8 +104,7 @@ def round_trip_s(delay_frames, **values):
     return params.impedance * 1e-3 / f  # F = b e/tau
 
 
-@pytest.mark.parametrize("delay_frames", [2, 10, 40])
-@pytest.mark.parametrize("b", [5.0, 25.0])
+@pytest.mark.parametrize(("delay_frames", "b"), [(2, 25.0), (10, 5.0), (40, 25.0)])
 def test_an_adapted_gain_follows_the_round_trip(delay_frames, b):
     found = round_trip_s(delay_frames, impedance=b)
     frame_s = MasterParams().frame_s
@@ -117,16 +116,16 @@ def test_an_adapted_gain_follows_the_round_trip(delay_frames, b):
 def test_behind_an_encoder_nothing_is_spent_that_the_hand_did_not_give():
     """Booked by the velocity measured, the noise would pay for everything: -5.6 mJ in a minute."""
     settings = (*ENCODER, FIRST_ORDER, "safety.max_slew=20000")
-    traces, scenario = carried(*settings, "master.position.gain=80", duration_s=16.0)
-    plain, _ = carried(*settings, duration_s=16.0)
+    traces, scenario = carried(*settings, "master.position.gain=80", duration_s=10.0)
+    plain, _ = carried(*settings, duration_s=10.0)
     for found, without, user in zip(
         user_energies(traces, scenario), user_energies(plain, scenario), traces.users, strict=True
     ):
         assert found.joint.minimum_j > without.joint.minimum_j - 2e-4
-        assert user.accounts["position_discarded"][-1] > 0.1  # what the noise would have paid
+        assert user.accounts["position_discarded"][-1] > 0.06  # what the noise would have paid
         assert user.accounts["position_spent"][-1] < 1e-6
     # the control: with exact sensors the same hand does pay
-    exact, _ = carried(FIRST_ORDER, "master.position.gain=80", duration_s=8.0)
+    exact, _ = carried(FIRST_ORDER, "master.position.gain=80", duration_s=4.0)
     assert all(user.accounts["position_spent"][-1] > 1e-5 for user in exact.users)
 
 

@@ -81,7 +81,7 @@ def given_j(scenario):
 def coarse(impedance, step_m):
     texts = [f"master.impedance={impedance}", f"device.encoder_step_m={step_m}", COARSE[1]]
     texts += UNLENT
-    return files.load("carry_16ms", settings_texts=texts, duration_s=6.0)
+    return files.load("carry_16ms", settings_texts=texts, duration_s=4.0)
 
 
 @pytest.mark.parametrize(("impedance", "step_um"), [(35, 100), (80, 55)])

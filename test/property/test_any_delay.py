@@ -19,7 +19,7 @@ from pmwvc_core.scenario.names import varied
 # Drawn ones with every coupling, filter and number of users: those in which a wrong rule shows.
 STRUCTURES = (3, 10, 13, 17, 20, 24, 26, 27, 32, 35, 36, 40)
 RUNS = 8  # numbers for each: 96 scenarios
-FRAMES = ((0, 0), (0, 1), (2, 3), (14, 14))  # of delay up and down
+FRAMES = ((0, 0), (2, 3), (14, 14))  # of delay up and down
 FILTERS = (
     {"kind": "integrate_and_dump"},
     {"kind": "first_order"},

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
-from support.law_rigs import Port
+from support.port_rig import Port
 
 from pmwvc_core.law.without_waves.tdpa import Observer, overdraft_j
 from pmwvc_core.params import BaselineParams, MasterParams

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.law_rigs import ForceLimits, Port
+from support.law_rigs import ForceLimits
+from support.port_rig import Port
 from support.strategies import behind, matrices
 
 from pmwvc_core.ends.inbox import value

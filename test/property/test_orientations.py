@@ -113,7 +113,7 @@ def circled(duration_s, compensation, *, hz=2.0, rad=0.3, frames=4):
 
 def test_device_and_handle_do_not_drift_apart_by_turns_that_circle():
     """Nor in three minutes, 0.0 degrees; here a part of these."""
-    assert circled(30.0, "ledger") < 0.3
+    assert circled(10.0, "ledger") < 0.3
 
 
 def test_without_repayment_they_drift_apart():

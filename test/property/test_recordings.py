@@ -26,7 +26,7 @@ from pmwvc_core.scenario.names import read_changes
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 
-TICKS = 800
+TICKS = 640
 MS = 1_000_000
 LINK = (
     *("link.delay_s=0.008", "link.jitter=normal", "link.jitter_s=0.004", "link.keep_order=false"),
@@ -39,7 +39,7 @@ change = st.one_of(
     st.integers(2, 20).map(lambda ms: f"server.period_s={ms * 1e-3:g}"),
     st.sampled_from(["user1.master.impedance=30", "user1.server.contact_stiffness=800"]),
 )
-schedule = st.lists(st.tuples(st.floats(0.1, 0.7), change), max_size=5)
+schedule = st.lists(st.tuples(st.floats(0.1, 0.55), change), max_size=5)
 
 
 def as_live(changes, late, grid, seed, *, slept=30):
@@ -169,7 +169,7 @@ def active(place, scenario):
     """Return the ports and components that gave energy out, with how much [J]."""
     traces = read_session(place)
     energies = budget(traces, scenario)
-    released = energies.released if energies else []  # none: all of the server's record lacks
+    released = energies.released if energies else ()  # no budget: too little is recorded for it
     found = [*passivity(traces, scenario, energies).ports, *released]
     return {(each.owner, each.part): each.given_j for each in found if each.passive is False}
 

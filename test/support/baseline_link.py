@@ -10,8 +10,9 @@ the work done in it.
 import numpy as np
 
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from support.law_rigs import Port, Users
+from support.law_rigs import Users
 from support.packer import Packer
+from support.port_rig import Port
 
 TICK_S = 0.001
 M = 8

@@ -5,7 +5,7 @@
 from rclpy.parameter import Parameter
 
 from pmwvc_core.runtime.parameters import ParameterBinding
-from support.processes import ros
+from support.peers import ros
 
 
 def node_given(**values):

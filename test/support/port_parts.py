@@ -16,7 +16,7 @@ from pmwvc_core.law.vectors import plus
 from pmwvc_core.law.wave.wave import along
 from pmwvc_core.params import BankParams, FilterParams, LocalModelParams, MasterParams
 from support.filter_runs import Stage
-from support.law_rigs import Port
+from support.port_rig import Port
 
 TICK_S = 0.001
 

@@ -9,7 +9,8 @@ import numpy as np
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime.topics import RECORDED_QOS
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
-from support.processes import NodeProcess, ros
+from support.peers import ros
+from support.processes import NodeProcess
 
 SIDES = {"user1": -1, "user2": 1}
 STEP_N = (

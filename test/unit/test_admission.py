@@ -134,17 +134,6 @@ def test_a_token_file_is_readable_by_its_owner_only_and_read_back(tmp_path):
             write_token(path, token)
 
 
-def test_sessions_and_users_have_keys_of_their_own():
-    key, other = (
-        Token.of_session(secrets.token_bytes(32)),
-        Token.of_session(secrets.token_bytes(32)),
-    )
-    assert key.session != other.session
-    tokens = [key.of("user1"), key.of("user2"), other.of("user1")]
-    keys = {token.direction(way) for token in tokens for way in ("up", "down")}
-    assert len(keys) == 6 and not keys & {key.key, other.key}
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -18,7 +18,7 @@ from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.names import Change, changes_text, over_time, read_changes
-from pmwvc_core.simulation.session import SteppedSession, simulate, simulate_one
+from pmwvc_core.simulation.session import SteppedSession, simulate_one
 
 CHANGES = (
     "2.5 server.coupling=one_step_delay; 2.9 server.coupling=implicit; "
@@ -26,10 +26,10 @@ CHANGES = (
 )
 
 
-def carrying(changes, **settings):
+def carrying(changes, duration_s=4.5, **settings):
     texts = [f"changes={changes}", "task.move_s=2.2", "task.move_rise_s=1.5"]
     texts += [f"{name.replace('__', '.')}={value}" for name, value in settings.items()]
-    return scenarios.load("carry_16ms", settings_texts=texts, duration_s=4.5)
+    return scenarios.load("carry_16ms", settings_texts=texts, duration_s=duration_s)
 
 
 @pytest.fixture(scope="module")
@@ -90,21 +90,25 @@ def test_a_vibration_is_judged_from_the_last_change_on(at_s, stable):
     assert ("a parameter changed 0.40 s before" in found["stability"]["text"]) is (stable is None)
 
 
-def test_a_change_takes_effect_with_the_next_step_and_not_before():
-    plain, changing = carrying(""), carrying("2.5 server.contact_damping=60")
-    one, two = simulate_one(plain), simulate_one(changing)
-    differ = np.flatnonzero(one.server.f_s[0][:, 0] != two.server.f_s[0][:, 0])
-    assert one.server.time_s[differ[0]] == pytest.approx(2.504)  # the first step after it
+@pytest.fixture(scope="module")
+def unchanged():
+    return simulate_one(carrying("", 2.7))
+
+
+def test_a_change_takes_effect_with_the_next_step_and_not_before(unchanged):
+    changing = simulate_one(carrying("2.5 server.contact_damping=60", 2.7))
+    differ = np.flatnonzero(unchanged.server.f_s[0][:, 0] != changing.server.f_s[0][:, 0])
+    assert unchanged.server.time_s[differ[0]] == pytest.approx(2.504)  # the first step after it
 
 
 @pytest.mark.parametrize(
     "setting", ["master.impedance=40", "link.delay_s=0.03", "safety.max_force=1"]
 )
-def test_masters_links_and_limits_change_as_well(setting):
-    plain, changing = simulate([carrying(""), carrying(f"2.5 {setting}")])
-    forces = [traces.users[0].f_applied[:, 0] for traces in (plain, changing)]
+def test_masters_links_and_limits_change_as_well(setting, unchanged):
+    changing = simulate_one(carrying(f"2.5 {setting}", 2.7))
+    forces = [traces.users[0].f_applied[:, 0] for traces in (unchanged, changing)]
     differ = np.flatnonzero(forces[0] != forces[1])
-    assert 2.5 <= plain.users[0].time_s[differ[0]] < 2.6
+    assert 2.5 <= unchanged.users[0].time_s[differ[0]] < 2.6
 
 
 def test_a_text_is_read_and_written_again():

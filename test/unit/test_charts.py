@@ -8,7 +8,6 @@ import json
 import re
 import shutil
 import subprocess
-import warnings
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from support import handmade
 
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Band, Chart, Curve, Dots, Level, Panel
-from pmwvc_analysis.charts.chart_files import MOST_NUMBERS, figure, payload, thinned, write
+from pmwvc_analysis.charts.chart_files import MOST_NUMBERS, figure, payload, thinned
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts
 from pmwvc_analysis.figures.recorded import numbered
@@ -29,7 +28,6 @@ from pmwvc_view.web.access import PAGE
 
 SUPPORT = Path(handmade.__file__).parent
 PLAIN_TINTS = ("object", "target", "alarm", "paper", "ink", "soft")
-SVG = "{http://www.w3.org/2000/svg}"
 # Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.
 PROTANOPIA = [[0.1523, 1.0526, -0.2049], [0.1145, 0.7863, 0.0992], [-0.0039, -0.0481, 1.0520]]
 DEUTERANOPIA = [[0.3673, 0.8606, -0.2280], [0.2801, 0.6725, 0.0474], [-0.0118, 0.0429, 0.9689]]
@@ -148,49 +146,18 @@ def test_what_a_report_holds_is_exact_and_complete_while_it_is_small():
 
 
 def test_a_long_session_is_thinned_and_keeps_peak_and_hole():
-    x = np.arange(2_000_000) * 0.001
+    x = np.arange(500_000) * 0.001
     y = np.sin(x)
-    y[1_234_567], y[700_001] = 9.0, -9.0
-    y[1_500_000:1_600_000] = np.nan
+    y[323_456], y[170_001] = 9.0, -9.0
+    y[375_000:400_000] = np.nan
     lines = [Curve(f"{n}", x, y + 0.0 * n, "u0", period=0.001) for n in range(3)]
-    data, complete = payload([Chart("c", "C", "", [Panel("y", lines=lines)])], (0.0, 2000.0), [])
+    data, complete = payload([Chart("c", "C", "", [Panel("y", lines=lines)])], (0.0, 500.0), [])
     assert not complete
     assert len(json.dumps(data)) < 6 * MOST_NUMBERS
     rows = thinned(x, y, period=0.001, most=20_000)
     assert len(rows) <= 20_100
     assert (np.nanmin(y[rows]), np.nanmax(y[rows])) == (-9.0, 9.0)
     assert np.isnan(y[rows]).sum() == 1
-
-
-@pytest.mark.parametrize("count", [6])
-def test_every_figure_is_valid_xml_with_all_its_curves(count, tmp_path):
-    traces, scenario = many_users(count), handmade.scenario(duration_s=1.6)
-    traces.events = [{"time_s": 0.5, "who": "user1", "kind": "grip", "what": "<gripped> & held"}]
-    span = recorded.span(traces)
-    for chart in charts(traces, scenario):
-        (path,) = write(chart, tmp_path, span, kinds=["svg"])
-        assert ET.parse(path).getroot().tag == f"{SVG}svg"
-        for axes, panel in zip(figure(chart, span).axes, chart.panels, strict=True):
-            drawn = [line.get_label() for line in axes.get_lines()]
-            assert set(drawn) >= {line.label for line in panel.lines}
-            assert len(drawn) >= len(panel.lines)
-            assert [text.get_text() for text in axes.texts if text.xy == (0.5, 1.0)] == [
-                "1" for _ in range(panel.of_time)
-            ]
-
-
-def test_long_labels_leave_the_axes_their_room(tmp_path):
-    label = "server: " + ", ".join(["decoding with the force of the previous step"] * 4)
-    line = Curve(label, np.arange(3.0), np.arange(3.0), "u0", period=1.0)
-    chart = Chart("long", "Long labels", "", [Panel("energy [mJ]", lines=[line])])
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")  # matplotlib's, where axes have no room left
-        files = write(chart, tmp_path)
-        drawn = figure(chart)
-        drawn.canvas.draw()
-    assert all(file.stat().st_size for file in files)
-    [axes] = drawn.axes
-    assert axes.get_position().width > 0.5  # of the figure
 
 
 def by_script(data, tmp_path):

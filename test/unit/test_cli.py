@@ -130,7 +130,7 @@ def test_options_reach_the_session(simulated):
 )
 def test_the_check_makes_the_verdict_the_exit_code(pmwvc, settings, code, words):
     options = [word for setting in settings for word in ("--set", setting)]
-    session = ("simulate", "wall", "--duration", "4", "--no-figures", "--out", "short")
+    session = ("simulate", "wall", "--duration", "2.5", "--no-figures", "--out", "short")
     first = pmwvc(*session, "--check", *options)
     assert first.returncode == code, first.stdout
     assert words in first.stdout

@@ -62,7 +62,8 @@ def test_a_coupling_of_another_package_is_tuned_by_its_own_model(pmwvc):
     assert "proposed: simulated for 2 s with the scenario's hands: stable" in result.stdout
 
 
-FAILED = slice(20, 30)  # steps
+SOON = ("safety.soft_start_s=0.05", "task.grip_s=0.05", "task.grip_rise_s=0.3")
+FAILED = slice(80, 90)  # steps, in the grip
 
 
 STEPS = []
@@ -122,12 +123,13 @@ def test_a_step_that_fails_is_solved_exactly_counted_and_named(lab, name, own):
     """The control is the same coupling whole: until the first fault they are the same bits."""
     STEPS.clear()
     known, whole = (
-        load("carry_16ms", settings_texts=[f"server.coupling={each}", "duration_s=4"])
+        load("carry_16ms", settings_texts=[*SOON, f"server.coupling={each}", "duration_s=1.5"])
         for each in (name, own)
     )
     traces, control = simulate_one(known), simulate_one(whole)
     server = traces.server
     for user in range(2):
+        assert np.abs(server.f_s[user][FAILED]).min() > 0.1
         power = np.ravel(server.f_s[user] * server.xd_s[user])[FAILED]
         waves = np.ravel(server.u_s[user] ** 2 - server.v_s[user] ** 2)[FAILED]
         assert power == pytest.approx(0.5 * waves, abs=1e-12)

@@ -6,9 +6,9 @@ them do at a wall.
 
 import numpy as np
 import pytest
-from support.law_rigs import Port, Users
+from support.law_rigs import Users
 
-from pmwvc_core.params import ContactParams, MasterParams, ServerParams
+from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS as NAMES
 from pmwvc_core.params.server import INTEGRATORS
 
@@ -181,35 +181,3 @@ def test_a_direct_grip_starts_outside_and_keeps_its_offset(dof):
     server.step([(at + 0.01 * inwards, at)])
     server.leave(0)
     assert server.dissipated == pytest.approx(0.5 * 500.0 * 0.01**2)
-
-
-def test_control_sampled_positions_make_energy_out_of_a_spring():
-    """A slow bounce off a spring returns more than it took."""
-    server = direct(environment="wall", contact_damping=0.0)
-    server.join(0, 0.0)
-    held_at = 0.01 * np.sin(2 * np.pi * 10.0 * H * np.arange(101))
-    # What the device does while the force is held: the mean velocity over the frame to come.
-    for x, velocity in zip(held_at, np.diff(held_at) / H, strict=False):
-        server.step([(float(x), float(velocity))])
-    assert server.taken_j < 0.0
-
-
-def test_a_direct_master_sends_what_it_measures_and_holds_and_books_the_force_it_got():
-    master = Port(MasterParams(tick_s=0.001), controller="direct")
-    assert (master.send(), master.x) == (0.0, 0.0)
-    assert master.step(0.01, 0.2) == 0.0
-    assert (master.send(), master.x) == (0.2, 0.01)
-    master.measure(0.0102, 0.21)
-    assert (master.send(), master.x) == (0.21, 0.0102)
-    master.receive(2.0)
-    for velocity in (0.5, -0.25):
-        assert master.step(0.0, velocity) == 2.0
-        master.applied(1.0)  # limited on the way
-    energies = master.energies
-    assert energies["u_m"] == energies["u_tx"] == pytest.approx(0.0005)
-    assert energies["v_m"] == energies["v_rx"] == pytest.approx(0.00025)
-    assert master.u_m == master.u_m_lp == master.v_m == 0.0
-    master.receive(-0.5)
-    assert [master.step(0.0, 1.0) for _ in range(20)] == [-0.5] * 20
-    master.silence()
-    assert master.step(0.0, 1.0) == 0.0

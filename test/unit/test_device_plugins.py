@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from support.lab import offer
 from support.packer import Packer
-from support.processes import ros
+from support.peers import ros
 
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.master.safety import SafetyState

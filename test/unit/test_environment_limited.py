@@ -88,7 +88,6 @@ def test_without_the_scenario_nothing_is_claimed():
     ("stiffness", "gap_m", "channel"),
     [
         (200, 0.005, "strict"),
-        (2000, 0.005, "plain"),
         (12000, 0.0041, "plain"),
         (50000, 0.005, "strict"),
     ],

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures: what they show, and that they stand for themselves."""
 
+import dataclasses
 import struct
+import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
@@ -94,8 +96,10 @@ def test_a_force_near_its_limit_shows_the_limit():
 
 
 def test_every_figure_is_written_with_its_points_units_and_source(live, tmp_path):
-    drawn = charts(live, handmade.scenario())
-    write_all(drawn, live, tmp_path)
+    event = {"time_s": 0.5, "who": "user1", "kind": "grip", "what": "<gripped> & held"}
+    marked = dataclasses.replace(live, events=[event])
+    drawn = charts(marked, handmade.scenario())
+    write_all(drawn, marked, tmp_path)
     names = ["positions", "forces", "energy", "network"]
     assert [chart.name for chart in drawn] == names
     assert len(drawn) == len(FIGURES)
@@ -103,7 +107,9 @@ def test_every_figure_is_written_with_its_points_units_and_source(live, tmp_path
         head = (tmp_path / f"{chart.name}.png").read_bytes()[:24]
         assert head[:8] == b"\x89PNG\r\n\x1a\n"
         assert struct.unpack(">I", head[16:20])[0] == style.WIDTH_IN * style.DPI
-        assert chart.title in (tmp_path / f"{chart.name}.svg").read_text("utf-8")
+        svg = tmp_path / f"{chart.name}.svg"
+        assert ET.parse(svg).getroot().tag == "{http://www.w3.org/2000/svg}svg"
+        assert chart.title in svg.read_text("utf-8")
         assert chart.caption and "press" in chart.title and "K = 500 N/m" in chart.note
         figure = chart_files.figure(chart, (0.0, live.duration_s))
         for axes, panel in zip(figure.axes, chart.panels, strict=True):
@@ -111,6 +117,8 @@ def test_every_figure_is_written_with_its_points_units_and_source(live, tmp_path
             shown = {line.get_label(): line.get_ydata() for line in axes.lines}
             for line in panel.lines:
                 np.testing.assert_array_equal(shown[line.label], line.y)
+            marks = [text.get_text() for text in axes.texts if text.xy == (0.5, 1.0)]
+            assert marks == ["1"] * panel.of_time
 
 
 def test_what_was_not_recorded_is_left_out():

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import signal
-from support.filter_runs import BUTTERWORTH, KINDS, Stage, run
+from support.filter_runs import BUTTERWORTH, KINDS, run
 from support.strategies import TICK_S
 
 from pmwvc_core.errors import ParameterError
@@ -58,13 +58,6 @@ def test_the_three_conventions_name_the_same_filter():
     for hz, db in ((at_3_db, 10 * math.log10(2)), (at_20_db, 20.0)):
         s = 2j * math.pi * hz
         assert -20 * math.log10(abs(pole / (s + pole))) == pytest.approx(db)
-
-
-def test_the_first_order_filter_is_exact_under_a_held_input():
-    """Step response of a/(s+a) at the ticks: 1 - exp(-a t)."""
-    stage = Stage(first_order(pole_rad_s=50.0))
-    for k in range(1, 100):
-        assert stage.step(1.0) == pytest.approx(1.0 - math.exp(-50.0 * k * TICK_S))
 
 
 @pytest.mark.parametrize("meet", ["pass", "stop"])
@@ -129,14 +122,6 @@ def test_packets_of_a_constant_of_a_ramp_and_of_anything(params):
         np.testing.assert_allclose(packets[1:], u[:80].reshape(10, 8).mean(axis=1), rtol=1e-12)
     else:
         assert packets[1:] == ticks[7:80:8]
-
-
-def test_integrate_and_dump_keeps_the_integral_when_ticks_are_missing():
-    stage = Stage(FilterParams(kind="integrate_and_dump"))
-    for value in (1.0, 2.0, 3.0):
-        stage.step(value)
-    assert stage.sample() * 8 == pytest.approx(6.0)
-    assert stage.sample() == 0.0
 
 
 @pytest.mark.parametrize("kind", ["none", "integrate_and_dump", "first_order"])

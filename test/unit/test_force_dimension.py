@@ -10,7 +10,7 @@ import pytest
 from rclpy.parameter import Parameter
 from scipy.spatial.transform import Rotation
 from support.fake_library import FakeLibrary, compiled, needs_compiler
-from support.processes import ros
+from support.peers import ros
 from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError

@@ -23,7 +23,8 @@ TICK_NS = 1_000_000
 
 @pytest.fixture(scope="module")
 def scenario():
-    return scenarios.load("carry_16ms", settings_texts=("link.delay_s=0",), duration_s=2.0)
+    soon = ("safety.soft_start_s=0.05", "task.grip_s=0.05", "task.grip_rise_s=0.3")
+    return scenarios.load("carry_16ms", settings_texts=("link.delay_s=0", *soon), duration_s=1.0)
 
 
 def forces(scenario, schedule):

@@ -55,13 +55,6 @@ def test_three_axes_are_turned_alike_for_motion_and_force(waiting):
         assert of_device == pytest.approx(-f_m @ sample.xd)
 
 
-def test_a_sample_is_as_old_as_the_message_it_answers(waiting):
-    with InverseService() as service, opened(service) as device:
-        for tick in range(1, 5):
-            _, sample = exchanged(service, device, 0.0, tick)
-            assert (sample.fresh, sample.measured_ns) == (True, tick * TICK_NS)
-
-
 def test_of_answers_that_wait_the_newest_counts_with_its_age(waiting):
     with InverseService() as service, opened(service) as device:
         service.hold()

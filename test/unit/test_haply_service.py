@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from support.haply_rig import exchanged, let_wait, opened
 from support.inverse_service import InverseService
 from support.loop_rig import TICK_NS
-from support.processes import ros
+from support.peers import ros
 from support.vendor_setup import vendor_setup, whole
 
 from pmwvc_core.errors import DeviceError

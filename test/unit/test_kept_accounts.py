@@ -13,12 +13,10 @@ from support.operators import TICK_S, Device
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import accounted, words_of
-from pmwvc_core.account import Account, Entry, Passage, Role
-from pmwvc_core.controllers.accounts import CONTACTS
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.controllers.library import LIBRARY, RECORDS, entries
-from pmwvc_core.law.motion import advanced, motion
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.device import damper_heat, device_account
+from pmwvc_core.plant.device import device_account
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.simulation.session import simulate_one
@@ -63,31 +61,6 @@ def test_a_device_takes_what_it_gives_stores_and_turns_to_heat(dof):
             one = device_account(DEVICE, TICK_S, (x0, xd0), (x1, xd1), given, f_m[tick])
             for whole, single in zip(trace, one, strict=True):
                 np.testing.assert_allclose(whole[row], single[0], rtol=1e-12, atol=1e-18)
-
-
-def test_the_heat_of_a_damper_is_what_the_forces_lose():
-    mass, damping, period, xd, force = 0.2, 3.0, 0.01, 0.4, -2.0
-    (moved,), (after,) = advanced((0.0,), (xd,), (force,), motion(mass, damping, period))
-    lost = force * moved - 0.5 * mass * (after**2 - xd**2)
-    assert damper_heat(
-        mass, damping, period, *np.array([[[xd]], [[force]]])
-    ).item() == pytest.approx(lost, rel=1e-9)
-
-
-def test_an_account_by_names_adds_what_it_names_and_leaves_over_the_rest():
-    assert Account(taken=5.0, given=2.0, stored=1.0, dissipated=1.5).residual == 0.5
-    block = Passage("left", ("in", "beside"), ("out",), ("spring",), ("heat", "dropped"))
-    energies = {"in": 3.0, "beside": 1.0, "out": 1.5, "spring": 0.5, "heat": 0.25, "dropped": 0.25}
-    assert block.account(energies) == Account(4.0, 1.5, 0.5, 0.5)
-    assert block.account({**energies, "heat": 1.25}).residual == 0.5  # the control
-    assert block.account({**energies, "other": 9.0}).residual == 1.5
-
-
-def test_contacts_that_store_and_heat_what_avatars_gave_leave_nothing_over():
-    energies = {"avatars": 2.0, "object": 0.5, "springs": 1.0, "dampers": 0.5}
-    assert CONTACTS.account(energies).residual == 0.0
-    for name in energies:  # the control: one that is off shows whole
-        assert abs(CONTACTS.account({**energies, name: energies[name] + 0.25}).residual) == 0.25
 
 
 UNKNOWN = {"server.coupling": "unknown", "server.environment": "wall"}

@@ -29,7 +29,7 @@ def offset_m(traces):
 
 
 def test_what_was_left_out_and_what_it_costs_is_reported():
-    with_ = strict(*WEBER, duration_s=10.0)  # by then the lag of the first waits is caught up
+    with_ = strict(*WEBER, duration_s=7.0)  # by then the lag of the first waits is caught up
     without = strict()
     traces, other = simulate_one(with_), simulate_one(without)
     found = summary(traces, with_)

@@ -186,6 +186,25 @@ def test_velocities_are_the_slope_of_the_hand(lab):
     assert np.median(speeds) == pytest.approx(0.3, rel=0.05)  # 1 rad/s at 0.3 m
 
 
+def test_a_bus_that_fails_makes_samples_invalid_until_it_speaks_again(lab):
+    device = lab()
+
+    def valid():
+        device.write(np.zeros(2))
+        return device.read(time.monotonic_ns()).valid
+
+    lab.kind.wrong = "no answer of servo 1"
+    until(lambda: not valid())
+    lab.kind.wrong = ""
+    until(valid)
+
+
+def test_two_masters_on_one_bus_are_refused_by_its_port_and_no_arm_is_named(lab):
+    lab()
+    with pytest.raises(DeviceError, match="lerobot: device /dev/lab0: another master has"):
+        lab()
+
+
 @pytest.mark.parametrize(
     ("arm", "params", "text"),
     [

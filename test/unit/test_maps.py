@@ -48,15 +48,6 @@ def test_a_map_is_what_its_points_are_one_by_one(x, y):
     np.testing.assert_allclose(found, alone, rtol=1e-9)
 
 
-def test_the_boundary_of_the_map_is_that_of_app_b():
-    fine = MapAxis(STIFFNESS.name, tuple(np.linspace(2000.0, 2600.0, 61).tolist()))
-    of = grid(fine)
-    first, *others = compute(of)
-    assert (first < 1.0).all()
-    crossings = [np.interp(1.0, row, fine.values) for row in others]
-    assert crossings == pytest.approx([2470.8, 2166.0], rel=5e-3)
-
-
 def test_processes_change_nothing():
     np.testing.assert_array_equal(compute(grid(), workers=2), computed())
 

@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.law_rigs import Port
+from support.port_rig import Port
 from support.strategies import TICK_S
 
 from pmwvc_core.controllers.library import LIBRARY
-from pmwvc_core.law.channel.playout import waiting
-from pmwvc_core.law.port.strict_master import LIMIT_J
-from pmwvc_core.law.wave.filter_and_hold import Hold, filter_sample, filter_step, hold, load
+from pmwvc_core.law.wave.filter_and_hold import filter_sample, filter_step
 from pmwvc_core.made.waves import made_filter
 from pmwvc_core.params import FilterParams, MasterParams
 from reproduction import channel_energy
@@ -72,15 +70,6 @@ def test_silence_becomes_a_matched_damper_through_the_hold():
     assert port.tick(-0.1) == pytest.approx(-2.5)
 
 
-def test_the_packets_position_is_that_of_the_device_also_before_the_first_tick():
-    port = Port(params())
-    port.measure(-0.03, 0.0)
-    assert port.x == -0.03
-    port.tick(0.0, x=-0.02)
-    port.send()
-    assert port.sent.position == (-0.02,)
-
-
 @pytest.mark.parametrize("broken", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("dof", [1, 2])
 def test_a_motion_that_is_no_number_leaves_no_trace(broken, dof):
@@ -130,35 +119,6 @@ def test_a_sine_below_half_the_packet_rate_still_gets_below_zero_on_the_way(hz, 
     assert min(one["left_j"].min() for one in found) == pytest.approx(lowest_j, rel=0.02)
 
 
-REST = Hold((0.0,), (0.0,), (0.0,), 0)
-
-
-def ticks_of(packets, ticks, ramp, s=REST):
-    out = []
-    for v in packets:
-        s = load(s, (v,))
-        for _ in range(ticks):
-            s, (value,) = hold(s, ramp)
-            out.append(value)
-    return out
-
-
-@pytest.mark.parametrize("ramp", [1, 8])
-def test_before_the_first_packet_there_is_no_wave(ramp):
-    assert hold(REST, ramp)[1] == (0.0,)
-
-
-@pytest.mark.parametrize("ramp", [1, 4])
-def test_a_late_packet_leaves_the_last_one_standing(ramp):
-    assert ticks_of([2.0], 10, ramp)[3:] == [2.0] * 7
-
-
-def test_an_early_packet_starts_its_ramp_where_the_last_one_got_to():
-    s, (first,) = hold(load(REST, (4.0,)), 4)
-    assert first == 1.0
-    assert ticks_of([5.0], 4, 4, s) == [2.0, 3.0, 4.0, 5.0]
-
-
 @pytest.mark.parametrize(("ticks", "sent"), [(6, 6 / 8), (8, 1.0), (9, 1.0), (13, 1.0)])
 def test_a_frame_is_divided_by_m_or_by_its_own_ticks_if_it_has_more(ticks, sent):
     params = FilterParams(kind="integrate_and_dump")
@@ -169,17 +129,3 @@ def test_a_frame_is_divided_by_m_or_by_its_own_ticks_if_it_has_more(ticks, sent)
         s, wave = filter_sample(s, p)
         assert wave == pytest.approx((sent,), rel=1e-15)
         assert wave[0] ** 2 * max(8, ticks) <= ticks + 1e-12  # Cauchy-Schwarz
-
-
-def test_a_strict_node_with_a_deficit_lets_the_returning_wave_wait():
-    port = Port(MasterParams(impedance=25.0, rate_drop=M), channel="strict")
-    port.come(0.1 * 0.1, 0.5 * 0.1**2 * 0.1, 0.1)
-    x, withheld = 0.0, []
-    for _ in range(20):  # a force that pushes along with the motion, which no wave pays for
-        port.step(x, 0.5)
-        withheld.append(port.s.node_j < -LIMIT_J)
-        assert (port.v_m == 0.0) == withheld[-1]
-        port.applied(-2.0)
-        x += 0.5 * TICK_S
-    assert True in withheld and False in withheld
-    assert waiting(port.playout)[0] > 0.0  # and is not lost

@@ -9,8 +9,8 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy import signal
-from support.law_rigs import Port
 from support.port_parts import TICK_S, driven, master
+from support.port_rig import Port
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.law.port.filter_bank import (

@@ -6,16 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from support.law_rigs import Port
 from support.packer import Packer
+from support.port_rig import Port
 
-from pmwvc_core.law.channel.constants import SPREAD_S
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import FLAG_ANEW
 
 M, TICK_S, FRAME_S = 8, 0.001, 0.008
 KINDS = ("printed", "budgeted", "integral")
-PAID = KINDS[1:]
 
 
 def params(kind="budgeted", gain=20.0, b=25.0, hold="foh", **position):
@@ -106,51 +104,6 @@ def test_nothing_is_corrected_before_an_answer_and_in_silence(kind):
     rig.frame(0.3, 0.1)
     assert rig.frame(0.3, 0.08, silent=True) == [0.0] * M
     assert rig.frame(0.3, 0.08)[-1] > 0.0
-
-
-@pytest.mark.parametrize("kind", PAID)
-def test_correction_is_zero_with_an_empty_tank_and_limited_by_its_energy(kind):
-    rig = Rig(params(kind))
-    rig.frame(0.0, 0.0)
-    assert rig.frame(0.01, 0.0) == [0.0] * M
-    saved(rig, 1e-4)
-    rig.frame(0.0, 0.0)
-    free = rig.port.energies["position_surplus"]
-    assert free > 1e-5
-    forces = rig.frame(0.1, 0.0)
-    spent = rig.port.energies["position_spent"]
-    share = 1.0 - (1.0 - TICK_S / SPREAD_S) ** M  # of it, in the ticks of a frame
-    assert spent == pytest.approx(share * free, rel=1e-9)
-    assert min(forces) > 0.9 * max(forces) > 0.0
-
-
-@pytest.mark.parametrize("kind", PAID)
-def test_a_correction_that_makes_the_wave_smaller_is_free_and_brings_energy(kind):
-    rig = Rig(params(kind, hold="zoh"))
-    rig.frame(0.0, 0.0)
-    rig.frame(0.01, 0.0, v=1.0)
-    assert rig.port.v_m == pytest.approx(
-        1.0 - 20.0 * 0.01, rel=0.1 if kind == "integral" else 1e-9
-    )
-    assert rig.port.energies["position_spent"] < 0.0
-
-
-def test_the_wave_on_its_way_is_no_error_of_the_integrals():
-    """One packet of a moving device, unanswered yet, is what the avatar is behind by."""
-    rig, step = Rig(params("integral")), 0.1 * FRAME_S
-    x = 0.0
-    rig.frame(x, x)
-    saved(rig, 1e-3)
-    rig.frame(x, x)
-    rig.port.send()
-    rig.sent += 1
-    for _ in range(M):
-        rig.port.applied(rig.port.step(x, 0.1))
-        x += 0.1 * TICK_S
-    # echo names the packet before: the frame just sent is on its way
-    assert rig.frame(x, -0.0, echo=rig.sent)[0] == pytest.approx(0.0, abs=1e-9)
-    # the same distance, but the server has used everything and stands still: it is lost
-    assert rig.frame(x, 0.0)[0] == pytest.approx(math.sqrt(50.0) * 20.0 * step, rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", KINDS)

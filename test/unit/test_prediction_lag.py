@@ -8,7 +8,7 @@ import pytest
 from support import handmade
 from support import plain as scenarios
 
-from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
+from pmwvc_analysis.prediction.lag import lag_s, step_lag_s
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import link_words
 from pmwvc_analysis.transparency.transparency import transparency
@@ -28,24 +28,6 @@ def controlled(**overrides):
     return handmade.scenario(**values | {"master__hold": "foh"} | overrides)
 
 
-@pytest.mark.parametrize(
-    ("delay_s", "lag", "ahead_mm"),
-    [(0.0, 0.0275, 0.55), (0.016, 0.0595, 1.19), (0.024, 0.0755, 1.51)],
-)
-def test_the_lag_is_that_of_the_controlled_experiment(delay_s, lag, ahead_mm):
-    scenario = controlled(link__delay_s=delay_s)
-    found = lag_s(scenario.users[0], scenario, live=False)
-    assert found == pytest.approx(lag, abs=5e-5)
-    assert 1.0 * found / (2 * 25.0) * 1e3 == pytest.approx(ahead_mm, abs=0.005)
-
-
-def test_a_live_loop_adds_its_two_phases():
-    scenario = controlled(link__delay_s=0.016)
-    user = scenario.users[0]
-    extra = lag_s(user, scenario, live=True) - lag_s(user, scenario, live=False)
-    assert extra == pytest.approx(0.004)
-
-
 def test_recorded_delays_lag_by_their_mean_over_time(tmp_path):
     """One second of 10 ms and three of 20 ms; the control is the mean as jitter round it."""
     path = tmp_path / "delays.txt"
@@ -55,14 +37,6 @@ def test_recorded_delays_lag_by_their_mean_over_time(tmp_path):
     spread = controlled(link__delay_s=0.0175, link__jitter="uniform", link__jitter_s=0.001)
     found, wanted = (lag_s(one.users[0], one, live=False) for one in (recorded, spread))
     assert found == pytest.approx(wanted)
-
-
-@pytest.mark.parametrize(
-    ("delay_s", "waits_s"), [(0.0, 0.0), (0.001, 0.008), (0.008, 0.008), (0.0081, 0.016)]
-)
-def test_a_packet_waits_until_its_receiver_looks(delay_s, waits_s):
-    of = controlled(link__up__delay_s=delay_s, link__down__delay_s=0.0)
-    assert network_s(of.users[0], of, live=False) == pytest.approx(waits_s)
 
 
 @pytest.mark.parametrize("channel", ["plain", "strict"])

@@ -89,12 +89,6 @@ def test_receiver_counts_what_the_link_did_whatever_that_was(rows):
     assert {name: received.counts[name] for name in OF_LINK} == done_by(fates, received)
 
 
-def test_a_packet_lost_behind_the_link_is_counted_by_the_receiver_alone():
-    rows = [(seq, False) for seq in range(1, 50)]
-    received = received_of([row for row in rows if row[0] != 20])
-    assert received.counts["lost"] == 1 and done_by(fates_of(rows), received)["lost"] == 0
-
-
 DISTURBED = (
     "link.loss=0.05",
     "link.duplicate=0.04",
@@ -106,7 +100,7 @@ DISTURBED = (
 
 
 def test_a_session_counts_exactly_and_its_report_has_it(tmp_path):
-    scenario = load("carry_16ms", duration_s=3.0, settings_texts=DISTURBED)
+    scenario = load("carry_16ms", duration_s=1.5, settings_texts=DISTURBED)
     traces = simulate_one(scenario)
     record_traces(tmp_path, traces, scenario)
     read = read_session(tmp_path)
@@ -144,11 +138,6 @@ def gaps(numbers):
 def test_gaps_are_what_is_not_there(numbers):
     absent = {*range(1, max(numbers) + 1)} - {*numbers}
     assert gaps(("a", number) for number in numbers) == {"a": (len(absent), len({*numbers}))}
-
-
-def test_publishers_are_counted_apart():
-    found = gaps((f"{epoch}", seq) for epoch, seq in ((1, 1), (1, 3), (2, 1), (2, 2)))
-    assert found == {"1": (1, 2), "2": (0, 2)}
 
 
 DOWN, UP = "/user1/wave_down", "/user1/wave_up"

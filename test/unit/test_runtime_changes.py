@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 from support.parameter_nodes import bind, change
-from support.processes import ros
+from support.peers import ros
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, FilterParams, MasterParams, SafetyParams

@@ -8,7 +8,7 @@ import pytest
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 from support.parameter_nodes import bind, change, node_given
-from support.processes import ros
+from support.peers import ros
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import (
@@ -24,9 +24,8 @@ from pmwvc_core.params import (
     TaskParams,
 )
 from pmwvc_core.params.names import leaves
-from pmwvc_core.runtime.parameter_values import built, to_ros_yaml, values_of
+from pmwvc_core.runtime.parameter_values import built, values_of
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
-from pmwvc_core.runtime.process import refuse_undeclared
 
 GROUPS = [
     ContactParams,
@@ -155,33 +154,9 @@ def test_a_conflict_is_named_with_the_group():
         declare(peer.node, "master", MasterParams)
 
 
-def test_right_names_are_not_refused():
-    with node_given(master__impedance=3.0, users=["a"], seed=7) as peer:
-        declare(peer.node, "master", MasterParams)
-        assert declare_names(peer.node, "users", [], "names") == ["a"]
-        assert declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1) == 7
-        refuse_undeclared(peer.node)
-
-
 def test_single_values_are_checked_too():
     with node_given(users=[1, 2], seed=-1) as peer:
         with pytest.raises(ParameterError, match=r"^users = .*: must be a list of strings"):
             declare_names(peer.node, "users", [], "names")
         with pytest.raises(ParameterError, match=r"^seed = -1: must be >= 0"):
             declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1)
-
-
-def test_a_parameter_file_holds_everything_and_no_null():
-    group = FilterParams(kind="first_order", pole_rad_s=50.0)
-    values = {"filter": group, "seed": 3, "users": [], "user1.side": -1, "nothing": None}
-    (given,) = to_ros_yaml(values, node="/netem")["/netem"].values()
-    assert built("filter", FilterParams, flattened(given)) == group
-    assert given["filter"]["cutoff_hz"] == 0.0  # not given
-    assert {name: given[name] for name in given if name != "filter"} == {
-        "seed": 3,
-        "user1": {"side": -1},
-    }
-
-
-def flattened(given):
-    return {f"filter.{name}": value for name, value in given["filter"].items()}

@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 from support.parameter_nodes import change
-from support.processes import ros
+from support.peers import ros
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.safety import check_change

@@ -96,7 +96,7 @@ def test_the_response_is_what_a_simulated_session_swings_to(hertz, changes):
     scenario = wall(
         **changes,
         **{
-            "duration_s": 10.0,
+            "duration_s": 7.0,
             "operator.kind": "sinusoid",
             "operator.force": 0.2,
             "operator.frequency_hz": hertz,

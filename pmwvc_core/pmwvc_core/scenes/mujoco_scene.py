@@ -124,7 +124,7 @@ class MujocoScene:
             if self._there[user]:
                 self._weigh(held, model.opt.timestep * along[user])
                 self._inside[user] = self._inside[user] and self._comes_out(user)
-        rates = scale / steps * self._sub_steps(drive * scale, along, steps)
+        rates: Array = scale / steps * self._sub_steps(drive * scale, along, steps)
         self._require_motion()
         self._mujoco.mj_kinematics(model, data)
         self.poses, self.contacts = self._poses(), strongest(self.data, self._place)
