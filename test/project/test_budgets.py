@@ -41,7 +41,7 @@ ROOMS = {
     ),
     "laws": Room(5_934, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_256,
+        3_233,
         2_500,
         inside(
             "pmwvc_core",
@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_408,
+        3_404,
         3_500,
         inside(
             "pmwvc_analysis",

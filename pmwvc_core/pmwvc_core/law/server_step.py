@@ -101,7 +101,8 @@ def _come(
     """Take a user's packets in; return what it brings to the step, and the energy dropped [J]."""
     presence, flips, arrivals, lost_j, extra = s.presence, s.anew, s.arrivals, 0.0, s.extra
     following = followed(s.following, port.avatar.f, p.period_s, q.most)
-    arrivals, port = raised(arrivals, following.ratio), port_raised(port, following.ratio)
+    arrivals = raised(arrivals, following.ratio)
+    port = port_raised(port, following.ratio / s.following.ratio)
     there, brakes = presence != ABSENT, False
     for packet in packets:
         arrivals, extra = arrive(arrivals, packet, now_ns, q.arrivals), packet.extra
