@@ -140,8 +140,7 @@ def _gone(
     if s.presence == ABSENT:
         return s, port, (no_packet(zero(port.x_s), port.extra), False)
     arrivals, passed_j = spare(arrivals, period_s, q.arrivals)
-    if passed_j > 0.0:
-        port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
+    port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     wave = scaled(port.v_s, 1.0 / math.sqrt(s.following.ratio))
     x, own_j = minus(port.x_s, port.offset), sum_j(port, q.arrivals.plays_on)
     sent = Sent(wave, x, own_j, port.extra, int(s.following.level))

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated
 from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
-from pmwvc_core.law.black_box.touched import Visitors, exchange, visited
+from pmwvc_core.law.black_box.touched import Visitors, exchange, moved_on, visited
 from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
@@ -73,7 +73,7 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     ports, avatars, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
-    starts = each(_start, (ports,), p.old_s)
+    starts = each(moved_on, (avatars, at), p.old_s)
     users, velocities = columns(each(guess, (users, ports, starts), p))
     environment, reply = exchange(environment, Visitors(avatars, at, starts), velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
@@ -99,10 +99,6 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     box = BoxState(x, xd, environment, compensation, users, way_m, stored_j, energies)
     spent_j = environment_j + contained_j - max(stored_j, 0.0)
     return SharedScene(ports, box, spent_j, s.unsettled)
-
-
-def _start(s: UserPort, old_s: float) -> Vector:
-    return plus(s.x_s, scaled(s.avatar.xd, old_s))
 
 
 def _taken(

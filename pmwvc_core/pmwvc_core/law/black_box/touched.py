@@ -165,12 +165,13 @@ exchange = Family("exchange", _exchange)
 def met(s: Any, visitors: Visitors, velocities: Vectors, p: Any) -> tuple[Any, Reply]:
     """Step with avatars behind their impedances, which decide on the velocities."""
     s, moved, stored_j = moved_by(s, visitors, p)
-    ends = each(_end, (moved, visitors.starts), p.new_s)
+    ends = each(moved_on, (moved, visitors.starts), p.new_s)
     return s, Reply(True, moved, ends, stored_j, s.body.x, s.body.xd, p.sloped)
 
 
-def _end(a: Avatar, start: Vector, weight_s: float) -> Vector:
-    return plus(start, scaled(a.xd, weight_s))
+def moved_on(a: Avatar, x: Vector, weight_s: float) -> Vector:
+    """Return where an avatar at x [m] is after so long [s]."""
+    return plus(x, scaled(a.xd, weight_s))
 
 
 def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:

@@ -83,12 +83,10 @@ environment_step = Family("environment_step")
 def joined(s: UserPort, position: Vector, body: Body) -> tuple[UserPort, float]:
     """Join at the device's position [m], without force; return what leaving first dropped [J]."""
     s, dropped_j = left(s)
-    a, nothing = s.avatar, zero(position)
-    contact = attached(a.contact, minus(position, body.x))
-    x_s = plus(body.x, offset_of(contact))
-    avatar = Avatar(True, a.impedance, nothing, nothing, nothing, contact, nothing)
-    offset = minus(x_s, position)
-    s = s._replace(avatar=avatar, offset=offset, x_s=x_s, v_s=nothing, visit=s.visit + 1)
+    contact = attached(s.avatar.contact, minus(position, body.x))
+    avatar = s.avatar._replace(present=True, contact=contact)
+    x_s, v_s = plus(body.x, offset_of(contact)), zero(position)
+    s = s._replace(avatar=avatar, offset=minus(x_s, position), x_s=x_s, v_s=v_s, visit=s.visit + 1)
     return s, dropped_j
 
 
