@@ -23,7 +23,7 @@ from pmwvc_core.law.port.master import (
     port_tick,
 )
 from pmwvc_core.law.server.server_port import Came, environment_step, joined, left
-from pmwvc_core.law.vectors import dot, each, plus
+from pmwvc_core.law.vectors import dot, each, plus, scaled
 from pmwvc_core.law.wave.wave import affordable, repayment
 from pmwvc_core.made.server import resting_server, server_params
 from pmwvc_core.made.user import made_user
@@ -47,6 +47,8 @@ BOXES = (
     ("active_wall", "printed"),
     ("wall_with_slope", "corrected"),
     ("hunt_crossley", "none"),
+    ("cube_with_impedance", "ledger"),
+    ("hunt_crossley_with_impedance", "none"),
 )
 WITHOUT_WAVES = (("virtual_coupling", 1), ("tdpa", 2), ("pspm", 1))
 
@@ -110,9 +112,9 @@ def played_box(p, box, avatars, axes):
     for n in range(STEPS):
         start, velocity = each(swung, (axes,), n), each(swinging, (axes,), n)
         environment = visited(environment, (n < 100,), (n == 0,), (start,))
-        environment, reply = exchange(
-            environment, Visitors(avatars, (at,), (start,)), (velocity,), p
-        )
+        pushes = (avatars[0]._replace(u=scaled(velocity, 9.0)),)
+        visitors = Visitors(pushes, (at,), (start,))
+        environment, reply = exchange(environment, visitors, (velocity,), p)
         force, at = reply.avatars[0].f, reply.ends[0]
         avatars = each(gone_on, (avatars, reply.avatars), n < 99)
         wave = Pair(velocity, force, -dot(force, velocity))
