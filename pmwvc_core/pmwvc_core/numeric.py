@@ -37,10 +37,8 @@ def squared(value: Value) -> Value:
 
 
 def root(value: Value) -> Value:
-    """Square root of a value that is not negative, or of a matrix impedance."""
-    if isinstance(value, (float, int)):
-        return math.sqrt(value)
-    return np.sqrt(value) if isinstance(value, np.ndarray) else value.root()
+    """Square root of a value that is not negative."""
+    return math.sqrt(value) if isinstance(value, (float, int)) else np.sqrt(value)
 
 
 def finite(value: Value) -> bool:

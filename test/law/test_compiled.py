@@ -12,7 +12,7 @@ import pytest
 from support.laws import assert_same, in_bulk
 
 from pmwvc_core.law.black_box.compensations import Pair, compensated
-from pmwvc_core.law.black_box.touched import exchange, visited
+from pmwvc_core.law.black_box.touched import Visitors, exchange, visited
 from pmwvc_core.law.channel.arrivals import arrive
 from pmwvc_core.law.channel.packet import Packet
 from pmwvc_core.law.port.master import (
@@ -108,15 +108,23 @@ def played_box(p, box, avatars, axes):
     """
     environment, compensation = box.environment, box.compensation
     forces, waves = each(swung, (axes,), 0), each(swung, (axes,), 0)
+    at = each(swung, (axes,), 0)
     for n in range(STEPS):
         start, velocity = each(swung, (axes,), n), each(swinging, (axes,), n)
         environment = visited(environment, (n < 100,), (n == 0,), (start,))
         pushes = (avatars[0]._replace(u=scaled(velocity, 9.0)),)
-        environment, reply = exchange(environment, pushes, (start,), (velocity,), p)
-        wave = Pair(velocity, reply.forces[0], -dot(reply.forces[0], velocity))
+        visitors = Visitors(pushes, (at,), (start,))
+        environment, reply = exchange(environment, visitors, (velocity,), p)
+        force, at = reply.avatars[0].f, reply.ends[0]
+        avatars = each(gone_on, (avatars, reply.avatars), n < 99)
+        wave = Pair(velocity, force, -dot(force, velocity))
         compensation, sent = compensated(compensation, (wave,), reply.stored_j, p.compensation)
-        forces, waves = plus(forces, reply.forces[0]), plus(waves, sent[0])
+        forces, waves = plus(forces, force), plus(waves, sent[0])
     return environment, compensation, forces, waves
+
+
+def gone_on(avatar, moved, stays):
+    return avatar._replace(present=stays, contact=moved.contact)
 
 
 def swung(axis, n):
@@ -127,7 +135,7 @@ def swinging(axis, n):
     return 0.3 * math.cos(0.1 * n)
 
 
-swung.__module__ = swinging.__module__ = component.__module__
+swung.__module__ = swinging.__module__ = gone_on.__module__ = component.__module__
 
 
 @pytest.mark.parametrize(("environment", "compensation"), BOXES)
@@ -136,7 +144,8 @@ def test_environments_and_compensations_of_black_boxes(environment, compensation
     scenario = scenario_of(controller="pmwvc", server={"coupling": "unknown"} | given)
     p = server_params(scenario.users, scenario, scenario.server)
     rest = resting_server(scenario.users, scenario, p).environment
-    start = p.environment, rest.body, (rest.ports[0].avatar,), (0,)
+    port, _ = joined(rest.ports[0], (swung(0, 0),), rest.body)
+    start = p.environment, rest.body, (port.avatar,), (0,)
     wanted = played_box(*start)
     assert abs(wanted[2][0]) > 1.0 and abs(wanted[3][0]) > 1.0
     assert_same(in_bulk(played_box)(*start), wanted)

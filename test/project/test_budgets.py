@@ -39,9 +39,9 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_933, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_931, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_256,
+        3_233,
         2_500,
         inside(
             "pmwvc_core",
@@ -64,7 +64,7 @@ ROOMS = {
     ),
     "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
-        3_408,
+        3_398,
         3_500,
         inside(
             "pmwvc_analysis",

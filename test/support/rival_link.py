@@ -21,7 +21,6 @@ from pmwvc_core.law.channel.packet import no_packet
 from pmwvc_core.law.motion import Body
 from pmwvc_core.law.server.contacts import Contact, slid
 from pmwvc_core.law.server.springs import ContactLaw, Spring
-from pmwvc_core.server.couplings import forward
 
 TICK_S, M = 0.001, 8
 FRAME_S = M * TICK_S
@@ -79,7 +78,7 @@ class RivalLink:
     def _avatar(self, came, wall):
         moved, self.wall = wall - self.wall, wall
         self.contact, _ = slid(self.contact, (-moved,))
-        before = self.xd_s if self.record.coupling.moves is forward else None
+        before = self.xd_s if self.record.coupling.moves == "forward_euler" else None
         step = AvatarStep(
             came.position, came.wave, came.extra, (self.x_s,), (self.xd_s,), (self.f_s,),
             self.contact, Body((wall,), (moved / FRAME_S,)), FRAME_S, (0.0,),

@@ -15,16 +15,23 @@ from pmwvc_core.law.server.contacts import attached, contact_force, slid, touchi
 from pmwvc_core.law.server.coupled_axes import coupled_answer
 from pmwvc_core.law.server.coupling import solved_contact
 from pmwvc_core.law.server.springs import depth
+from pmwvc_core.law.wave.wave import (
+    damper,
+    free_velocity,
+    rooted,
+    wave_force,
+    wave_u,
+    wave_v,
+    wave_velocity,
+)
 from pmwvc_core.made.server import contact_of
-from pmwvc_core.made.waves import made_impedance
-from pmwvc_core.numeric import root
+from pmwvc_core.made.waves import made_impedance, through
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.wave.impedance import (
     FORCE_N,
     VELOCITY_M_S,
     MatrixImpedance,
-    WavePort,
     first_axis,
     impedance_of,
     largest_wave,
@@ -43,30 +50,46 @@ def work(f, xd):
     return np.sum(f * xd, -1, keepdims=True)
 
 
+@settings(max_examples=30)
+@given(b=matrices(), data=signals_of(1))
+def test_force_and_waves_are_those_of_the_matrix_and_of_its_symmetric_root(b, data):
+    (signal,) = data(b)
+    matrix = b.matrix
+    found = (through(law, b, signal) for law in (damper, rooted, free_velocity))
+    force, wave, velocity = found
+    np.testing.assert_allclose(force, signal @ matrix, atol=1e-9)
+    np.testing.assert_allclose(through(rooted, b, wave), 2.0 * force, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(through(damper, b, velocity), wave, rtol=1e-6, atol=1e-9)
+    once = b.with_values(np.sqrt(b.values))
+    np.testing.assert_array_equal(once, once.T)
+    np.testing.assert_allclose(once @ once, matrix, atol=1e-9 * np.abs(matrix).max())
+
+
 @given(b=any_impedance, data=signals_of(2))
 def test_both_ports_carry_the_power_of_force_and_velocity_and_fit_each_other(b, data):
     xd, v = data(b)
-    u, f = WavePort(b).u(xd, v), WavePort(b).force(xd, v)
+    u, f = through(wave_u, b, xd, v), through(wave_force, b, xd, v)
     np.testing.assert_allclose(power(u, v), work(f, xd), atol=scale_of(u, v))
-    np.testing.assert_allclose(WavePort(b).velocity(u, f), xd, rtol=1e-6, atol=scale_of(u, f))
-    np.testing.assert_allclose(WavePort(b).v(u, f), v, rtol=1e-6, atol=scale_of(u, f))
-    v_s, xd_s = WavePort(b).v(xd, v), WavePort(b).velocity(xd, v)  # any wave, any force
+    for law, wanted in ((wave_velocity, xd), (wave_v, v)):
+        found = through(law, b, u, f)
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=scale_of(u, f))
+    v_s, xd_s = (through(law, b, xd, v) for law in (wave_v, wave_velocity))  # any wave, force
     np.testing.assert_allclose(power(xd, v_s), work(v, xd_s), atol=scale_of(xd, v_s))
 
 
 @given(b=any_impedance, other=any_impedance, data=signals_of(2))
 def test_ends_with_different_impedances_are_a_lossless_transformer(b, other, data):
     xd_s, f_s = data(b)
-    u = (f_s + b * xd_s) / root(2.0 * b)
-    v = WavePort(b).v(u, f_s)
-    xd_m = (u + v) / root(2.0 * other)
-    f_m = WavePort(other).force(xd_m, v)
+    u = 0.5 * through(free_velocity, b, f_s + through(damper, b, xd_s))
+    v = through(wave_v, b, u, f_s)
+    xd_m = 0.5 * through(free_velocity, other, u + v)
+    f_m = through(wave_force, other, xd_m, v)
     np.testing.assert_allclose(work(f_m, xd_m), work(f_s, xd_s), atol=scale_of(u, v, f_m, xd_m))
 
 
 def test_control_another_root_or_sign_does_not_carry_the_power():
     b, xd, v = parsed("30 8; 8 20"), np.array([0.1, -0.2]), np.array([0.4, 0.3])
-    r = root(2.0 * b).matrix
+    r = b.with_values(np.sqrt(2.0 * b.values))
     by_elements, of_cholesky = np.sqrt(2.0 * b.matrix), np.linalg.cholesky(2.0 * b.matrix)
     for to_u, to_f in ((by_elements,) * 2, (of_cholesky,) * 2, (r, -r)):
         u, f = to_u @ xd - v, b.matrix @ xd - to_f @ v
@@ -122,12 +145,15 @@ def test_no_wave_is_longer_than_force_and_velocity_allow(b, data):
     force, velocity = (
         s / np.maximum(np.linalg.norm(s, axis=-1, keepdims=True), 1e-9) for s in data(b)
     )
-    u = (FORCE_N * force + b * (VELOCITY_M_S * velocity)) / root(2.0 * b)
+    whole = FORCE_N * force + through(damper, b, VELOCITY_M_S * velocity)
+    u = 0.5 * through(free_velocity, b, whole)
     assert np.linalg.norm(u, axis=-1).max() <= largest_wave(b, waves=True) * (1.0 + 1e-9)
     one = (FORCE_N + 25.0 * VELOCITY_M_S) / np.sqrt(50.0)
     assert largest_wave(25.0, waves=True) == pytest.approx(one)
     along = np.eye(len(b.values))[0]
-    assert first_axis(b) == pytest.approx(1.0 / (along / b)[0])  # what a force along it meets
+    assert first_axis(b) == pytest.approx(
+        1.0 / np.linalg.solve(b.matrix, along)[0]
+    )  # what a force along it meets
 
 
 H = 0.008
@@ -174,7 +200,7 @@ def test_the_mean_force_satisfies_contact_and_port(params, b, side, seed):
     free = rng.normal(0.0, 0.3, len(b.values))
     force, rate, _ = answer_of(contact, free, b)
     scale = 1e-7 * (1.0 + np.abs(force).max())
-    np.testing.assert_allclose(rate, free - force / b, atol=1e-7)
+    np.testing.assert_allclose(rate, free - np.linalg.solve(b.matrix, force), atol=1e-7)
     gain = 0.5 * H * params.contact_stiffness + params.contact_damping
     deflection = np.array([spring.deflection for spring in contact.springs])
     law = params.contact_stiffness * deflection + gain * rate
@@ -193,7 +219,7 @@ def test_an_unwrapped_force_fits_the_velocity_it_leaves(params, b, weight, seed)
     free, xd_o = rng.normal(0.0, 0.05, (2, len(b.values)))
     signals = tuple(free.tolist()), tuple(xd_o.tolist())
     force = np.array(solved_contact(made_impedance(b), contact, *signals, weight))
-    xd = free - force / b
+    xd = free - np.linalg.solve(b.matrix, force)
     contact, _ = slid(contact, tuple((weight * xd).tolist()))
     if held and touching(contact):
         expected = np.array(contact_force(contact, tuple((xd - xd_o).tolist())))

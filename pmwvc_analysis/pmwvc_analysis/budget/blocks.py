@@ -26,12 +26,13 @@ from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, passages
 from pmwvc_core.controllers.library import has_waves
+from pmwvc_core.law.wave.wave import wave_force, wave_u
+from pmwvc_core.made.waves import through
 from pmwvc_core.numeric import Array, dot, squared
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_account
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.packet import LINK, LINK_DOWN, LINK_UP
-from pmwvc_core.wave.impedance import WavePort
 
 SAME_N, SAME_ROOT_W = 1e-9, 1e-9  # forces and waves closer than this are the same
 
@@ -160,16 +161,15 @@ def _port(blocks: BlockSums, known: User) -> tuple[Account, Sums]:
     """Return the account of a wave port with its safety limits, and the parts of both. The sums of
     the master itself give what was taken in ticks that are not on record.
     """
-    user, dt = blocks.user, blocks.user.tick_s
-    port = WavePort(known.impedance)
+    user, dt, b = blocks.user, blocks.user.tick_s, known.impedance
     f, f_m, xd, u_m, v_m = user.f_applied, user.f_m, user.xd_m, user.u_m, user.v_m
     beside, kept = {}, 0.0 * xd[:, :1]
     if known.master.velocity_filter.in_force:
-        kept = np.asarray(dot(f_m - port.force(xd, v_m), xd) * dt)
+        kept = np.asarray(dot(f_m - through(wave_force, b, xd, v_m), xd) * dt)
         beside["force_velocity_filter"] = blocks.of_ticks(kept)
     into, on = np.asarray(dot(f, xd) * dt), wave_energy(u_m, dt) - wave_energy(v_m, dt) + kept
     changed = squared(f - f_m) > SAME_N**2
-    changed = changed | (squared(u_m - port.u(xd, v_m)) > SAME_ROOT_W**2)
+    changed = changed | (squared(u_m - through(wave_u, b, xd, v_m)) > SAME_ROOT_W**2)
     to_waves = blocks.of_wave("u_m") - blocks.of_wave("v_m")
     taken = to_waves + blocks.of_ticks(into - on + kept)
     limited = blocks.of_ticks(np.where(changed, into - on, 0.0))

@@ -22,10 +22,10 @@ import numpy as np
 from pmwvc_analysis.events.nodes import COUPLED, FAULT, limited, unbraked
 from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.sums import begins, spans
-from pmwvc_core.numeric import root
+from pmwvc_core.law.wave.wave import free_velocity, rooted, wave_v
+from pmwvc_core.made.waves import through
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
-from pmwvc_core.wave.impedance import WavePort
 from pmwvc_core.words import count, quantity
 
 FAST, RETURN = "faster than", "soft start"  # begins of reasons
@@ -47,14 +47,13 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
     users = {user.name: user for user in traces.users}
     for known in (each for each in scenario.users if each.name in server.users):
         index = server.users.index(known.name)
-        port, there = WavePort(known.server_impedance), server.state[index] > 0
+        b, there = known.server_impedance, server.state[index] > 0
         signals = server.u_s, server.v_s, server.f_s, server.xd_s
         u, v, f, xd = (np.nan_to_num(each[index] * there[:, np.newaxis]) for each in signals)
-        whole = np.asarray(port.v(u, f))
-        kept_j = 0.5 * server.periods_s * np.sum(whole**2 - v**2, axis=-1)
+        kept_j = 0.5 * server.periods_s * np.sum(through(wave_v, b, u, f) ** 2 - v**2, axis=-1)
         if known.name not in users or not kept_j.sum() > th.WITHHELD_J:
             continue
-        off = (u + v - port.u(xd, 0.0)) / root(2.0 * known.impedance)
+        off = 0.5 * through(free_velocity, known.impedance, u + v - through(rooted, b, xd))
         moved = np.cumsum(server.periods_s[:, np.newaxis] * off, axis=0)
         joined = np.maximum.accumulate(np.where(begins(there), np.arange(len(there)), 0))
         off_m = np.linalg.norm(moved - moved[joined], axis=-1)  # in a later stay it begins anew

@@ -207,14 +207,8 @@ class PerturbedServer(End):
         environment = s.environment
         ports, body = list(environment.ports), environment.body
         if self.scenario.coupling.black_box:
-            box, at = body, body.environment
-            x_s = [plus(at.body.x, offset_of(each.contact)) for each in at.visitors]
-            visitors = [v._replace(at=x) for v, x in zip(at.visitors, x_s, strict=True)]
-            rows = zip(box.users, x_s, ports, strict=True)
-            users = [user._replace(x=x, f=port.avatar.f) for user, x, port in rows]
-            at = at._replace(visitors=tuple(visitors))
-            body = box._replace(x=at.body.x, xd=at.body.xd, environment=at, users=tuple(users))
-        else:
-            x_s = [plus(body.x, offset_of(port.avatar.contact)) for port in ports]
+            at = body.environment.body
+            body = body._replace(x=at.x, xd=at.xd)
+        x_s = [plus(body.x, offset_of(port.avatar.contact)) for port in ports]
         ports = [port._replace(x_s=x) for port, x in zip(ports, x_s, strict=True)]
         return s._replace(environment=environment._replace(ports=tuple(ports), body=body))

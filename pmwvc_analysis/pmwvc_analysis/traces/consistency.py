@@ -20,10 +20,11 @@ from pmwvc_core.controllers.accounts import BRAKES
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame import SIGNALS, Presence
 from pmwvc_core.law.vectors import LARGEST
-from pmwvc_core.numeric import Array, root
+from pmwvc_core.law.wave.wave import rooted, wave_force, wave_u
+from pmwvc_core.made.waves import through
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.wave.impedance import WavePort
 
 RELATIVE, SMALLEST = 1e-6, 1e-9  # differences up to these are rounding
 # Accounts of what answers the outgoing wave within the tick, or takes another velocity: what a
@@ -85,13 +86,13 @@ def _master(
         yield from _off(f"{name}: the energy of {wave} is not its sum", "J", *sums)
     if known is None or ANSWERS & user.accounts.keys() or known.master.rises > 1.0:
         return
-    port, strict = WavePort(known.impedance), scenario is not None and scenario.strict
+    b, strict = known.impedance, scenario is not None and scenario.strict
     if not strict:
-        force = np.asarray(port.force(user.xd_m, user.v_m))
+        force = through(wave_force, b, user.xd_m, user.v_m)
         yield from _off(f"{name}: F is not b xd - sqrt(2b) v_m", "N", user.f_m, force)
     if complete(user) and not (strict and measured(known.device)):  # nor is what counts make of it
         free = np.cumsum((np.abs(user.f_applied - user.f_m) > SMALLEST).any(axis=-1)) == 0
-        u_m = np.asarray(port.u(user.xd_m, user.v_m))
+        u_m = through(wave_u, b, user.xd_m, user.v_m)
         yield from _off(f"{name}: u_m is not sqrt(2b) xd - v_m", "sqrt(W)", user.u_m, u_m, free)
 
 
@@ -162,5 +163,5 @@ def _port(
         text = f"{name}: F xd is not (|u|^2 - |v|^2)/2 at the server"
         yield from _off(text, "W", work, waves, rows)
     if known is not None and known.master.rises == 1.0:
-        force = root(known.server_impedance / 2.0) * (u - v)
+        force = 0.5 * through(rooted, known.server_impedance, u - v)
         yield from _off(f"{name}: F is not sqrt(b/2) (u - v) at the server", "N", f, force, rows)

@@ -6,14 +6,14 @@ Ends of different impedance are a transformer: a force f of the device is n f at
 n = sqrt(B_server) sqrt(B_master)^-1, with numbers n^2 = b_server/b_master.
 """
 
-from typing import Any
-
 import numpy as np
 
 from pmwvc_analysis.models.linear import axes_of
 from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.numeric import Array, root
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.law.wave.wave import free_velocity, rooted
+from pmwvc_core.made.waves import through
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
 
 
 def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
@@ -31,14 +31,10 @@ def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
     for index in opposite:
         force = pushed
         if waves:
-            master, server = _roots(scenario.users[index])
-            of_device, at_object = _roots(first)
-            force = np.asarray(master * ((at_object * (pushed / of_device)) / server))
+            other = scenario.users[index]
+            force = through(free_velocity, first.impedance, 0.25 * force)
+            force = through(rooted, first.server_impedance, force)
+            force = through(free_velocity, other.server_impedance, force)
+            force = through(rooted, other.impedance, force)
         forces[index] = -force / len(opposite)
     return forces
-
-
-def _roots(user: User) -> tuple[Any, Any]:
-    """Return the square roots of the impedances of a user's ends: numbers or matrices."""
-    ends: tuple[Any, Any] = user.impedance, user.server_impedance
-    return root(ends[0]), root(ends[1])

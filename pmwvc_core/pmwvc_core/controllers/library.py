@@ -18,7 +18,7 @@ from pmwvc_core.law.without_waves.tdpa import Tdpa, TdpaEnd
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.params.server import TdpaParams
 from pmwvc_core.plugins import Records
-from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS, forward
+from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 
 PMWVC = Controller(
     name="pmwvc",
@@ -68,7 +68,7 @@ TDPA = Controller(
     avatar_rest=lambda p, axes: TdpaEnd(()),
     linear=None,  # without its dissipation nothing of it is left
     rule=rules.check_tdpa,
-    coupling=replace(HELD, moves=forward),
+    coupling=replace(HELD, moves="forward_euler"),
     accounts=accounts.OF_TDPA,
 )
 PSPM = Controller(

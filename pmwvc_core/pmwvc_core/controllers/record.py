@@ -17,7 +17,7 @@ from pmwvc_core.network.effects import longest_s
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.params.server import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.plugins import Record
-from pmwvc_core.server.couplings import Coupling, backward
+from pmwvc_core.server.couplings import Coupling
 
 STOP_RATIO = 0.1  # of the damping that stops the device within a tick
 
@@ -90,7 +90,7 @@ def check_pspm(params: PspmParams, loop: Loop) -> Margins:
 HELD = Coupling(
     name="held forces",
     words="The object moves under the forces of the step before.",
-    moves=backward,
+    moves="backward_euler",
 )
 
 

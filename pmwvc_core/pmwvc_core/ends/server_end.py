@@ -21,6 +21,7 @@ from pmwvc_core.law.channel.packet import Packet, Sent, pack
 from pmwvc_core.law.server.server_port import changed_port, port_shown, scene_energies, sum_j
 from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
+from pmwvc_core.law.wave.wave import firmer
 from pmwvc_core.made.server import changed_server, port_impedance, resting_server, server_params
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
@@ -111,6 +112,7 @@ class ServerEnd(PortEnd):
         self._users[user] = dataclasses.replace(self._users[user], contact=contact)
         e = self.s.environment
         b = port_impedance(impedance, self._users, self._session.dof)
+        b = firmer(b, self.s.guests[user].following.ratio)
         law = contact.contact_stiffness, contact.contact_damping, b
         port, lost_j = changed_port(e.ports[user], *law)
         ports = (*e.ports[:user], port, *e.ports[user + 1 :])

@@ -101,7 +101,8 @@ def _come(
     """Take a user's packets in; return what it brings to the step, and the energy dropped [J]."""
     presence, flips, arrivals, lost_j, extra = s.presence, s.anew, s.arrivals, 0.0, s.extra
     following = followed(s.following, port.avatar.f, p.period_s, q.most)
-    arrivals, port = raised(arrivals, following.ratio), port_raised(port, following.ratio)
+    arrivals = raised(arrivals, following.ratio)
+    port = port_raised(port, following.ratio / s.following.ratio)
     there, brakes = presence != ABSENT, False
     for packet in packets:
         arrivals, extra = arrive(arrivals, packet, now_ns, q.arrivals), packet.extra
@@ -139,8 +140,7 @@ def _gone(
     if s.presence == ABSENT:
         return s, port, (no_packet(zero(port.x_s), port.extra), False)
     arrivals, passed_j = spare(arrivals, period_s, q.arrivals)
-    if passed_j > 0.0:
-        port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
+    port = port._replace(u_j=port.u_j + passed_j, v_j=port.v_j + passed_j)
     wave = scaled(port.v_s, 1.0 / math.sqrt(s.following.ratio))
     x, own_j = minus(port.x_s, port.offset), sum_j(port, q.arrivals.plays_on)
     sent = Sent(wave, x, own_j, port.extra, int(s.following.level))

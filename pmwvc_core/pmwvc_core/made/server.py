@@ -34,7 +34,7 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside
+from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, matrices_of, rows_of
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
@@ -101,9 +101,9 @@ def server_params(
     elif COUPLINGS.of(server.coupling).black_box:
         law, of_environment = None, environment_of(server.environment)
         if of_environment.made:
-            _, law = of_environment.made(server, _contacts(users, session), session.dof)
+            _, law = of_environment.made(server, len(users), session.dof)
         sloped, moves = of_environment.sloped, weights(server.integrator, server.period_s)
-        identity = tuple(map(tuple, np.eye(session.dof).tolist()))
+        identity = rows_of(np.eye(session.dof))
         wall, h = body_law(math.inf, 0.0, server.period_s), server.period_s
         treated = Terms(h, h * server.allowance_w, server.allowance_j, server.tank_cap_j)
         environment = BlackBoxParams(
@@ -115,11 +115,6 @@ def server_params(
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )
-
-
-def _contacts(users: Sequence["scenarios.User"], session: Any) -> list[Contact]:
-    of = {"size": session.server.object_size_m, "axes": session.dof}
-    return [contact_of(user.contact, side=user.side, **of) for user in users]
 
 
 def are_coupled(users: Sequence["scenarios.User"]) -> bool:
@@ -150,8 +145,9 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
     server, axes, name = session.server, session.dof, session.server.environment
     own = getattr(session.own, name, None)
     sides, contacts = zip(*((user.side, user.contact) for user in users), strict=True)
-    b = tuple(user.server_impedance * np.eye(axes) for user in users)
-    setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own, b)
+    b = np.array([port_impedance(user.server_impedance, users, axes).b for user in users])
+    impedances = tuple(matrices_of(b, axes))
+    setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own, impedances)
     outside = environment_of(name).outside
     assert outside is not None
     environment: BlackBox = outside(setup)
@@ -164,15 +160,13 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
     return environment
 
 
-def _resting_box(
-    users: Sequence["scenarios.User"], session: Any, contacts: Sequence[Contact], call: Call
-) -> BoxState:
+def _resting_box(users: Sequence["scenarios.User"], session: Any, call: Call) -> BoxState:
     """Return a black box that nobody touches; ``call`` is how one of another package is asked."""
     axes, server, name = session.dof, session.server, session.server.environment
     rest = (0.0,) * axes
     record = environment_of(name)
     if record.made:
-        state, _ = record.made(server, contacts, axes)
+        state, _ = record.made(server, len(users), axes)
     else:
         faults, absent = Faults("server.environment", name), (False,) * len(users)
         environment = made_outside(users, session)
@@ -180,9 +174,7 @@ def _resting_box(
         turned = Turned(places.shape, server)
         state = Outside(environment, deque(), call, faults, absent, places, turned)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
-    seen = tuple(
-        Seen(resting_secant(rest, b / server.period_s, False), rest, rest, rest) for b in least
-    )
+    seen = tuple(Seen(resting_secant(rest, b / server.period_s, False), 0, rest) for b in least)
     compensation = COMPENSATIONS.of(server.compensation).rest(len(users))
     return BoxState(rest, rest, state, compensation, seen, 0.0, -1.0, Accounts(0.0, 0.0, 0.0, 0.0))
 
@@ -195,21 +187,23 @@ def resting_server(
     """
     axes, record = session.dof, record_of(session.controller)
     rest, (up, down) = (0.0,) * axes, record.extra(axes)
-    contacts, ports, guests = _contacts(users, session), [], []
-    for user, guest, contact in zip(users, p.guests, contacts, strict=True):
+    ports, guests, size_m = [], [], session.server.object_size_m
+    for user, guest in zip(users, p.guests, strict=True):
         kept: Any = AvatarBrake(resting_brake(rest), 0.0)
         if record.avatar is not None or record.law is not None:
             kept = record.avatar_rest(values_of(user, record), axes)
         if record.avatar is not None:
             kept = Kept(kept, kept)
         b = port_impedance(user.server_impedance, users, axes)
+        contact = contact_of(user.contact, side=user.side, size=size_m, axes=axes)
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
-        ports.append(UserPort(avatar, kept, rest, rest, rest, 0.0, 0.0, -1.0, (0.0,) * down, 1.0))
+        sums, extra = (0.0, 0.0, -1.0), (0.0,) * down
+        ports.append(UserPort(avatar, kept, rest, rest, rest, *sums, extra, 0))
         rules = guest.arrivals
         arrivals = start_of(rules.plays_on, axes, rules.timeout_s, user.master.frame_s)
         guests.append(Guest(ABSENT, False, arrivals, Packing(rest, rest, rest), (0.0,) * up, FREE))
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
-        body = _resting_box(users, session, contacts, call)
+        body = _resting_box(users, session, call)
     environment = SharedScene(tuple(ports), body, 0.0, 0)
     return Server(tuple(guests), environment, float("inf"))

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The master's end of waves, made from parameters."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,9 @@ from pmwvc_core.law.position.feedback import Budgeted, OnStrict
 from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.wave import filter_and_hold as rates
 from pmwvc_core.law.wave.wave import ImpedanceMatrix, impedance
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams, MasterParams
+from pmwvc_core.server.black_box import rows_of
 from pmwvc_core.wave import impedance as impedances
 from pmwvc_core.wave.aliasing import delay_of
 from pmwvc_core.wave.filter_design import bank_filters, design
@@ -33,14 +36,19 @@ def made_impedance(b: Any) -> Any:
     """Return a wave impedance for the laws."""
     if not isinstance(b, impedances.MatrixImpedance):
         return impedance(float(b))
-    pair = _rows(b.matrix), _rows((1.0 / b).matrix)
-    roots = _rows((2.0 * b).root().matrix), _rows((2.0 / b).root().matrix)
-    axes, values = tuple(range(len(b.values))), tuple(b.values.tolist())
-    return ImpedanceMatrix(*pair, *roots, axes, values, _rows(b.axes.T), _rows(b.axes))
+    of, matrix = b.values, b.with_values
+    pair = rows_of(matrix(of)), rows_of(matrix(1.0 / of))
+    roots = rows_of(matrix(np.sqrt(2.0 * of))), rows_of(matrix(np.sqrt(2.0 / of)))
+    axes, values = tuple(range(len(of))), tuple(of.tolist())
+    return ImpedanceMatrix(*pair, *roots, axes, values, rows_of(b.axes.T), rows_of(b.axes))
 
 
-def _rows(matrix: Any) -> tuple[Vector, ...]:
-    return tuple(tuple(row) for row in np.asarray(matrix).tolist())
+def through(law: Callable[..., Any], b: Any, *signals: Array) -> Array:
+    """Return what a law of :mod:`pmwvc_core.law.wave.wave` makes of signals ``(..., dof)`` behind
+    an impedance [N s/m].
+    """
+    by_axis = (tuple(np.moveaxis(signal, -1, 0)) for signal in signals)
+    return np.stack(law(made_impedance(b), *by_axis), axis=-1)
 
 
 def made_filter(params: FilterParams, axes: int, tick_s: float, rate_drop: int) -> tuple[Any, Any]:

@@ -176,7 +176,7 @@ def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupli
     """Return why a rate cannot change with this channel, server, coupling; "" if it can."""
     if name in (RATE_DROP, PERIOD) and not strict:
         return NEEDS_STRICT
-    if name == PERIOD and (coupling.moves is None or coupling.moves(server)[0] != 0.0):
+    if name == PERIOD and (coupling.moves or server.integrator) != "backward_euler":
         return (
             f"is fixed with server.coupling = {coupling.name}, server.integrator = "
             f"{server.integrator}: avatars move by the velocity of the step before"

@@ -19,8 +19,15 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
-from pmwvc_core.law.black_box.touched import Reply, Vectors, exchange, solved_line, visited
-from pmwvc_core.law.server.contacts import Avatar
+from pmwvc_core.law.black_box.touched import (
+    Avatars,
+    Reply,
+    Vectors,
+    Visitors,
+    exchange,
+    solved_line,
+    visited,
+)
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.law.wave.wave import rooted
 from pmwvc_core.numeric import Array
@@ -131,7 +138,7 @@ def _visited(
 
 
 def _answer(
-    s: Outside, avatars: tuple[Avatar, ...], start: Array, velocity: Array, p: BlackBoxParams
+    s: Outside, avatars: Avatars, start: Array, velocity: Array, p: BlackBoxParams
 ) -> tuple[Reply, Iterable[bool]]:
     """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
     return the checked answer, and for which users the force cannot be used. ``start`` is where the
@@ -152,37 +159,39 @@ def _answer(
         force[np.abs(force) < ROUNDING * np.abs(drive)] = 0.0
         s.places[:] += h * (np.nan_to_num(velocity) - more)
         s.turned.look(environment)
-        return _replied(environment, velocity, s.places, force, True)
+        return _replied(environment, avatars, velocity, s.places, force, True)
     if hasattr(environment, "local"):
         line = np.broadcast_arrays(start, *environment.local(start, p.new_s))[1:]
         force, slope = (signal(each, start.shape, "local") for each in line)
         if not np.isfinite(force + slope).all():
             raise BadAnswer("returned a slope from local that is not finite")
-        rows = zip(avatars, _rows(force), _rows(np.maximum(slope, 0.0)), strict=True)
+        rows = zip(avatars, rows_of(force), rows_of(np.maximum(slope, 0.0)), strict=True)
         velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
     position = start + p.new_s * velocity
     position.flags.writeable = velocity.flags.writeable = False
     force = signal(environment.step(position, velocity, h), start.shape)
-    return _replied(environment, velocity, position, force, False)
+    return _replied(environment, avatars, velocity, position, force, False)
 
 
 def _replied(
-    environment: BlackBox, velocity: Array, end: Array, force: Array, solved: bool
-) -> tuple[Reply, Iterable[bool]]:
+    environment: BlackBox, avatars: Avatars, velocity: Array, end: Array, force: Array,
+    solved: bool,
+) -> tuple[Reply, Iterable[bool]]:  # fmt: skip
     good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
-    forces = _rows(np.where(good, force, np.nan))
+    rows = zip(avatars, rows_of(velocity), rows_of(np.where(good, force, np.nan)), strict=True)
+    moved = tuple(a._replace(xd=xd, f=f) for a, xd, f in rows)
     stored_j, (x, xd) = _stored_j(environment), _shown(environment, force.shape[1:])
-    return Reply(True, _rows(velocity), _rows(end), forces, stored_j, x, xd, solved), ~good[:, 0]
+    return Reply(True, moved, rows_of(end), stored_j, x, xd, solved), ~good[:, 0]
 
 
 @exchange.member(Outside)
 def _exchange(
-    s: Outside, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors,
-    p: BlackBoxParams,
-) -> tuple[Outside, Reply]:  # fmt: skip
+    s: Outside, visitors: Visitors, velocities: Vectors, p: BlackBoxParams
+) -> tuple[Outside, Reply]:
+    avatars, _, starts = visitors
     ask = partial(_answer, s, avatars, np.array(starts), np.array(velocities), p)
     rest = zero(starts[0])
-    damper = Reply(False, velocities, starts, starts, -1.0, rest, rest, False)
+    damper = Reply(False, avatars, starts, -1.0, rest, rest, False)
     reply, bad = s.faults.guarded(partial(s.call, ask), (damper, ()))
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply
@@ -207,7 +216,8 @@ def description_of(box: Any) -> dict[str, Any]:
         return dict(json.loads(json.dumps(_of_outside(box, "description", {}), allow_nan=False)))
 
 
-def _rows(values: Array) -> Vectors:
+def rows_of(values: Array) -> Vectors:
+    """Return an array ``(rows, columns)`` as the laws have it."""
     return tuple(map(tuple, values.tolist()))
 
 

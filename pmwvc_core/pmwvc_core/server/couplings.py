@@ -13,19 +13,9 @@ from typing import Any, Literal
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.law.black_box.compensations import AsPublished, Corrected, JointLedger
 from pmwvc_core.law.family import NOTHING
-from pmwvc_core.law.server.coupling import Implicit, OneFrameLate, OneStepDelay, Unwrapped, weights
+from pmwvc_core.law.server.coupling import Implicit, OneFrameLate, OneStepDelay, Unwrapped
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plugins import Record, Records
-
-
-def forward(params: ServerParams) -> tuple[float, float]:
-    """Return what they weigh [s] where the avatar moves with the velocity before."""
-    return params.period_s, 0.0
-
-
-def backward(params: ServerParams) -> tuple[float, float]:
-    """Return what they weigh [s] where the avatar moves with its new velocity."""
-    return 0.0, params.period_s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,11 +27,9 @@ class Coupling(Record):
     # None for a black box (:mod:`pmwvc_core.server.black_box`), and where a controller has its own
     law: Callable[[float, float], Any] | None = None
     parameters: tuple[str, ...] = ()  # of ``server.*`` that decide what it does, for reports
-    # what old and new velocity weigh [s] in an avatar's displacement over a step; None where the
-    # avatar stands at the device's position
-    moves: Callable[[ServerParams], tuple[float, float]] | None = lambda params: weights(
-        params.integrator, params.period_s
-    )
+    # integrator of an avatar's displacement, by its name; empty: ``server.integrator``; None where
+    # the avatar stands at the device's position
+    moves: str | None = ""
     balanced: bool = False  # velocity and force of a step: F . xd = (|u|^2 - |v|^2)/2
     exact: bool = False  # stored energy and heat balance the waves to rounding in every step
     late: bool = False  # decodes with the force of the step before, xd = sqrt(2/b) u - F'/b
@@ -120,7 +108,7 @@ IMPLICIT = Coupling(
     words="Avatars and object are solved together: energy balances exactly in every step.",
     linear="implicit",
     law=lambda old_s, new_s: Implicit(0),
-    moves=backward,
+    moves="backward_euler",
     balanced=True,
     exact=True,
     object_motion="midpoint",
@@ -140,7 +128,7 @@ ONE_FRAME_LATE = Coupling(
     words="A wave moves the avatar one step late: no bound of its energy is known.",
     linear="one_frame_late",
     law=lambda old_s, new_s: OneFrameLate(0),
-    moves=forward,
+    moves="forward_euler",
     object_motion="held",
 )
 UNWRAPPED = Coupling(

@@ -6,17 +6,15 @@ imported only when it is made.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pkgutil import resolve_name
 from typing import Any
 
-from pmwvc_core.law.black_box.hunt_crossley import Dent, SoftBody, SoftBodyParams
-from pmwvc_core.law.black_box.met import MetObject, MetSoftBody
-from pmwvc_core.law.black_box.touched import FreeCube, Swing, Visitor, Wall
-from pmwvc_core.law.motion import Body, body_law
-from pmwvc_core.law.server.contacts import Contact
+from pmwvc_core.law.black_box.hunt_crossley import MetSoftBody, SoftBody, SoftBodyParams
+from pmwvc_core.law.black_box.touched import FreeCube, MetObject, Swing, Wall
+from pmwvc_core.law.motion import Body, BodyLaw, body_law
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import PluginGroup, Record
 from pmwvc_core.server.black_box import EnvironmentSetup
@@ -26,9 +24,9 @@ from pmwvc_core.server.black_box import EnvironmentSetup
 class Environment(Record):
     """The properties of an environment."""
 
-    # as a black box, from parameters, contacts and axes: the state at rest, by whose type the
+    # as a black box, from parameters, users and axes: the state at rest, by whose type the
     # families of :mod:`pmwvc_core.law.black_box` choose its laws, and what they go by
-    made: Callable[[ServerParams, Sequence[Contact], int], tuple[Any, Any]] | None = None
+    made: Callable[[ServerParams, int, int], tuple[Any, Any]] | None = None
     # or made when it is asked for: a :class:`pmwvc_core.server.black_box.BlackBox`, whose contacts
     # are its own and may slip
     outside: Callable[[EnvironmentSetup], Any] | None = None
@@ -45,45 +43,34 @@ class Environment(Record):
     own_energy: Callable[[ServerParams], str] = lambda params: ""
 
 
-def _wall(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Swing]:
-    rest = (0.0,) * axes
-    visitors = tuple(Visitor(False, rest, contact) for contact in contacts)
-    return Wall(visitors, Body(rest, rest), 0.0), Swing(rest, 0.0)
-
-
-def _driven(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Wall, Swing]:
-    drive, (wall, _) = server.active_wall, _wall(server, contacts, axes)
-    amplitude = (drive.amplitude_m, *(0.0,) * (axes - 1))
-    return wall, Swing(amplitude, 2.0 * math.pi * drive.frequency_hz)
-
-
-def _cube(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[FreeCube, Any]:
-    rest, law = (0.0,) * axes, body_law(server.object_mass, server.object_damping, server.period_s)
-    return FreeCube(_wall(server, contacts, axes)[0].visitors, Body(rest, rest)), law
-
-
-def _met(
-    server: ServerParams, contacts: Sequence[Contact], axes: int, *, mass: bool = False
-) -> tuple[MetObject, Any]:
+def _object(
+    server: ServerParams, users: int, axes: int, *, kind: Any, mass: bool
+) -> tuple[Any, BodyLaw]:
     moved, damping = (server.object_mass, server.object_damping) if mass else (math.inf, 0.0)
-    visitors = _wall(server, contacts, axes)[0].visitors
-    law = body_law(moved, damping, server.period_s)
-    return MetObject(visitors, Body((0.0,) * axes, (0.0,) * axes)), law
+    rest, law = (0.0,) * axes, body_law(moved, damping, server.period_s)
+    return kind(Body(rest, rest)), law
 
 
-def _soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[SoftBody, Any]:
+def _wall(
+    server: ServerParams, users: int, axes: int, *, driven: bool = False
+) -> tuple[Wall, Swing]:
+    drive, rest = server.active_wall, (0.0,) * axes
+    amplitude = (drive.amplitude_m if driven else 0.0, *rest[1:])
+    return Wall(Body(rest, rest), 0.0), Swing(amplitude, 2.0 * math.pi * drive.frequency_hz)
+
+
+def _soft(
+    server: ServerParams, users: int, axes: int, *, kind: Any = SoftBody
+) -> tuple[Any, SoftBodyParams]:
     soft, rest, face_m = server.hunt_crossley, (0.0,) * axes, 0.5 * server.object_size_m
-    laws = [contact.law for contact in contacts]
-    dents = tuple(Dent(False, 0.0, 0.0, law.stiffness, (law.inward, *rest[1:])) for law in laws)
-    return SoftBody(dents, Body(rest, rest)), SoftBodyParams(soft.exponent, soft.damping, face_m)
+    params = SoftBodyParams(soft.exponent, soft.damping, face_m)
+    return kind((0.0,) * users, Body(rest, rest)), params
 
 
-def _met_soft(server: ServerParams, contacts: Sequence[Contact], axes: int) -> tuple[Any, Any]:
-    soft, params = _soft(server, contacts, axes)
-    return MetSoftBody(soft.visitors, soft.body), params
-
-
-CUBE = Environment(name="cube", made=_cube, linear="cube", known=True, movable=True)
+CUBE = Environment(
+    name="cube", made=partial(_object, kind=FreeCube, mass=True), linear="cube", known=True,
+    movable=True,
+)  # fmt: skip
 _OF_WALL: dict[str, Any] = {"made": _wall, "spring": True}
 WALL = Environment(
     name="wall", linear="wall", known=True, with_slope="wall_with_slope", **_OF_WALL
@@ -93,19 +80,23 @@ WALL_WITH_SLOPE = Environment(
 )
 _WITH: dict[str, Any] = {"sloped": True, "linear": "wall_with_impedance"}
 CUBE_MET = Environment(
-    name="cube_with_impedance", made=partial(_met, mass=True), movable=True,
+    name="cube_with_impedance", made=partial(_object, kind=MetObject, mass=True), movable=True,
     sloped=True, linear="cube_with_impedance",
 )  # fmt: skip
-WALL_MET = Environment(name="wall_with_impedance", made=_met, spring=True, **_WITH)
+WALL_MET = Environment(
+    name="wall_with_impedance", made=partial(_object, kind=MetObject, mass=False), spring=True,
+    **_WITH,
+)  # fmt: skip
 SOFT_MET = Environment(
-    name="hunt_crossley_with_impedance", made=_met_soft, contact_law=False, **_WITH
-)
+    name="hunt_crossley_with_impedance", made=partial(_soft, kind=MetSoftBody), contact_law=False,
+    **_WITH,
+)  # fmt: skip
 HUNT_CROSSLEY = Environment(  # a soft body that stands still, F = K d^n (1 + c d')
     name="hunt_crossley", made=_soft, linear="wall", sloped=True, contact_law=False
 )
 ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of its drive
     name="active_wall",
-    made=_driven,
+    made=partial(_wall, driven=True),
     linear="wall",
     contact_law=False,
     drive_hz=lambda p: p.active_wall.frequency_hz if p.active_wall.amplitude_m > 0.0 else 0.0,

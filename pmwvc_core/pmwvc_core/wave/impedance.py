@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A wave impedance that couples the axes: a symmetric positive definite matrix B.
 
-It takes the place of the number b in the formulas of the port, which stay as they are::
-
-    u = sqrt(2B) xd - v,   F = B xd - sqrt(2B) v,   xd = sqrt(2/B) u - F/B
-
+It takes the place of the number b in the formulas of the port (:mod:`pmwvc_core.law.wave.wave`),
 with 2/B = 2 B^-1 and the symmetric square root sqrt(B) = V diag(sqrt(lambda)) V^T, from B = V
 diag(lambda) V^T. Then |u|^2 - |v|^2 = xd^T (2B) xd - 2 xd^T sqrt(2B) v = 2 F . xd. That needs
 sqrt(2B)^T sqrt(2B) = 2B *and* sqrt(2B) = sqrt(2B)^T; a root by elements has neither.
@@ -14,11 +11,11 @@ Equations: docs/theory.md 6.1, 6.2, 6.3.
 
 import functools
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value, root
+from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import ContactParams, MasterParams, SafetyParams, specs
 from pmwvc_core.params.ports import matrix_of
 
@@ -29,41 +26,24 @@ DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no w
 
 
 class MatrixImpedance:
-    """B, where a number may stand: a number scales it (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an
-    array ``(..., dof)`` is a signal it acts on (``b * xd``, ``f / b``), zero is zero;
-    :func:`pmwvc_core.numeric.root` takes the symmetric square root. ``values`` are the eigenvalues
-    ``(dof,)`` [N s/m], ``axes`` the principal axes, one per column ``(dof, dof)``, ``matrix`` is
-    B itself [N s/m].
+    """B, where a number may stand: its eigenvalues ``(dof,)`` [N s/m], and its principal axes, one
+    per column ``(dof, dof)``.
     """
 
-    __array_ufunc__ = None  # numpy leaves the operators to this class
-    __slots__ = ("axes", "matrix", "values")
+    __slots__ = ("axes", "values")
 
     def __init__(self, values: Array, axes: Array) -> None:
-        self.values = values
-        self.axes = axes
-        upper = (axes * values) @ axes.T
-        self.matrix: Array = 0.5 * (upper + upper.T)
+        self.values, self.axes = values, axes
 
-    def root(self) -> "MatrixImpedance":
-        """Return the symmetric square root."""
-        return type(self)(np.sqrt(self.values), self.axes)
+    def with_values(self, values: Array) -> Array:
+        """Return the matrix of other eigenvalues along the same axes ``(dof, dof)``."""
+        upper = (self.axes * values) @ self.axes.T
+        return np.asarray(0.5 * (upper + upper.T))
 
-    def __mul__(self, other: Value) -> Any:
-        """Act on a signal (symmetric: rows of signals times B), or scale by a positive number."""
-        if isinstance(other, np.ndarray):
-            return other @ self.matrix
-        return type(self)(other * self.values, self.axes) if other else 0.0
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, number: float) -> Any:
-        """Divide by a number."""
-        return self * (1.0 / number)
-
-    def __rtruediv__(self, other: Value) -> Any:
-        """Return B^-1 times a signal or a number."""
-        return type(self)(1.0 / self.values, self.axes) * other
+    @property
+    def matrix(self) -> Array:
+        """B itself [N s/m]."""
+        return self.with_values(self.values)
 
     def __format__(self, spec: str) -> str:
         """Return the matrix in a line, as a parameter is written: ``[30 2; 2 20]``."""
@@ -106,7 +86,7 @@ def parsed(text: str) -> Impedance:
 def first_axis(impedance: Impedance) -> float:
     """Return what a force along the first axis alone meets, 1/(B^-1)_00 [N s/m]."""
     if isinstance(impedance, MatrixImpedance):
-        return 1.0 / float((1.0 / impedance).matrix[0, 0])
+        return 1.0 / float(impedance.with_values(1.0 / impedance.values)[0, 0])
     return float(impedance)
 
 
@@ -117,8 +97,9 @@ def transformation(master: Impedance, server: Impedance) -> float:
     if not isinstance(master, MatrixImpedance):
         first = server.matrix[0, 0] if isinstance(server, MatrixImpedance) else server
         return float(first) / float(master)
-    row = (1.0 / master.root()).matrix[0]
-    return float((server * row) @ row)
+    row = master.with_values(1.0 / np.sqrt(master.values))[0]
+    behind = server.matrix @ row if isinstance(server, MatrixImpedance) else server * row
+    return float(behind @ row)
 
 
 def smallest(impedance: Impedance) -> float:
@@ -141,28 +122,3 @@ def largest_wave(impedance: Impedance, *, waves: bool) -> float:
         return DIRECT
     least, most = smallest(impedance), largest(impedance)
     return FORCE_N / math.sqrt(2.0 * least) + VELOCITY_M_S * math.sqrt(0.5 * most)
-
-
-class WavePort(NamedTuple):
-    """Both directions through a port, for arrays ``(..., dof)`` or floats (App. B Fig. 1; the
-    equations are those of :mod:`pmwvc_core.law.wave.wave`). Forces count as in the figure: F_m
-    against the hand, F_s of the avatar on what it touches.
-    """
-
-    b: Any  # the impedance [N s/m], which acts like a number, also where it is a matrix
-
-    def u(self, xd: Value, v: Value) -> Value:
-        """Return the wave that leaves the master, u = sqrt(2b) xd - v [sqrt(W)]."""
-        return root(2.0 * self.b) * xd - v
-
-    def force(self, xd: Value, v: Value) -> Any:
-        """Return the force against the hand, F = b xd - sqrt(2b) v [N]."""
-        return self.b * xd - root(2.0 * self.b) * v
-
-    def v(self, u: Value, f: Value) -> Value:
-        """Return the wave that leaves the server, v = u - sqrt(2/b) F [sqrt(W)]."""
-        return u - root(2.0 / self.b) * f
-
-    def velocity(self, u: Value, f: Value) -> Any:
-        """Return the velocity of the avatar, xd = sqrt(2/b) u - F/b [m/s]."""
-        return root(2.0 / self.b) * u - f / self.b

@@ -35,7 +35,6 @@ from pmwvc_core.controllers.plugged import (
 from pmwvc_core.controllers.record import HELD, Controller
 from pmwvc_core.law.vectors import Vector, dot, length, minus, plus, scaled, squared, zero
 from pmwvc_core.params.fields import Validated, parameter
-from pmwvc_core.server.couplings import forward
 
 LEAST_M_S, LEAST_N = 5e-4, 5e-3  # signals below it are at rest
 RANGES = {
@@ -133,5 +132,5 @@ DEADBAND_TDPA = Controller(
     avatar_rest=lambda p, axes: AvatarEnd(),
     extra=lambda axes: (2 + axes, 1),
     params=Gains,
-    coupling=replace(HELD, moves=forward),
+    coupling=replace(HELD, moves="forward_euler"),
 )

@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated
 from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
-from pmwvc_core.law.black_box.touched import exchange, visited
+from pmwvc_core.law.black_box.touched import Visitors, exchange, moved_on, visited
 from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
 from pmwvc_core.law.server import server_port
-from pmwvc_core.law.server.contacts import Avatar
+from pmwvc_core.law.server.contacts import Avatar, slid
 from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, brakes_j, taken_port
 from pmwvc_core.law.vectors import Vector, columns, dot, each, length, minus, plus, scaled, zero
 from pmwvc_core.law.wave.wave import Rows, damper, free_velocity, wave_j, wave_v, wave_velocity
@@ -73,23 +73,22 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     ports, avatars, ratios = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
-    starts = each(_start, (ports,), p.old_s)
+    starts = each(moved_on, (avatars, at), p.old_s)
     users, velocities = columns(each(guess, (users, ports, starts), p))
-    environment, reply = exchange(environment, avatars, starts, velocities, p)
+    environment, reply = exchange(environment, Visitors(avatars, at, starts), velocities, p)
     way_m, stored_j, x, xd = box.way_m, box.stored_j, box.x, box.xd
     if reply.answered:
         way_m = max(way_m * max(1.0 - h / MEMORY_S, 0.0), length(xd) * h)
         for i in range(len(users)):
             way_m = max(way_m, length(minus(reply.ends[i], users[i].at)))
-        users = each(
-            checked, (users, reply.ends, reply.forces), way_m, p.learns and not reply.solved, h
-        )
+        learns = p.learns and not reply.solved
+        users = each(checked, (users, reply.ends, reply.avatars), way_m, learns, h)
         stored_j, x, xd = reply.stored_j, reply.x, reply.xd
-    replies = (users, ports, starts, reply.velocities, reply.ends, reply.forces)
+    replies = (users, ports, starts, reply.avatars, reply.ends)
     ports, waves, sums = columns(each(_taken, replies, reply.answered, p))
     held_j = stored_j if stored_j < 0.0 else _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
-    users, ports = columns(each(_give, (users, s.ports, ports, came, ratios, returned), p))
+    ports = each(_give, (s.ports, ports, came, ratios, returned), p)
     environment_j, late_j, withheld_j, contained_j = box.accounts
     for i in range(len(waves)):
         environment_j += sums[i].environment_j
@@ -102,16 +101,13 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     return SharedScene(ports, box, spent_j, s.unsettled)
 
 
-def _start(s: UserPort, old_s: float) -> Vector:
-    return plus(s.x_s, scaled(s.avatar.xd, old_s))
-
-
 def _taken(
-    s: Seen, port: UserPort, start: Vector, velocity: Vector, x_s: Vector, force: Vector,
-    answered: bool, p: BlackBoxParams,
+    s: Seen, port: UserPort, start: Vector, moved: Avatar, x_s: Vector, answered: bool,
+    p: BlackBoxParams,
 ) -> tuple[UserPort, Pair, Accounts]:  # fmt: skip
     """Give a port velocity and force; return its waves, zero where it is contained, and sums."""
     a, h, rest = port.avatar, p.body.period_s, zero(start)
+    velocity, force, contact = moved.xd, moved.f, moved.contact
     if not a.present:
         return port, Pair(rest, rest, 0.0), Accounts(0.0, 0.0, 0.0, 0.0)
     if answered and s.usable and not s.jumped:
@@ -122,9 +118,10 @@ def _taken(
     else:
         velocity = scaled(free_velocity(a.impedance, a.u), 0.5)
         force, wave = damper(a.impedance, velocity), Pair(rest, rest, 0.0)
-        x_s = plus(start, scaled(velocity, p.new_s))
+        end, x_s = x_s, plus(start, scaled(velocity, p.new_s))
+        contact, _ = slid(contact, minus(x_s, end))
         sums = Accounts(0.0, 0.0, 0.0, wave_j(a.u, h))
-    avatar = a._replace(xd=velocity, f=force)
+    avatar = a._replace(xd=velocity, f=force, contact=contact)
     return port._replace(avatar=avatar, x_s=x_s), wave, sums
 
 
@@ -146,12 +143,11 @@ def _held(
 
 
 def _give(
-    s: Seen, before: UserPort, port: UserPort, came: Came, ratio: float, v_s: Vector,
-    p: BlackBoxParams,
-) -> tuple[Seen, UserPort]:  # fmt: skip
+    before: UserPort, port: UserPort, came: Came, ratio: float, v_s: Vector, p: BlackBoxParams
+) -> UserPort:
     a, b, h, brake = port.avatar, before.avatar.impedance, p.body.period_s, port.brake
     if not a.present:
-        return s, port
+        return port
     wave, kept = came.wave, a.kept
     if ratio > 1.0:
         brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, h)
@@ -160,8 +156,7 @@ def _give(
         kept = plus(kept, scaled(late, h))
     avatar = Avatar(True, b, wave, a.xd, a.f, a.contact, kept)
     u_j, v_j = port.u_j + wave_j(wave, h), port.v_j + wave_j(v_s, h)
-    port = port._replace(avatar=avatar, brake=brake, v_s=v_s, u_j=u_j, v_j=v_j)
-    return s._replace(there=True, x=port.x_s, f=a.f), port
+    return port._replace(avatar=avatar, brake=brake, v_s=v_s, u_j=u_j, v_j=v_j)
 
 
 @server_port.scene_energies.member(BlackBoxParams)

@@ -29,6 +29,7 @@ Equations: docs/theory.md 5.3, 5.5, 5.13.
 import math
 from typing import Any, NamedTuple
 
+from pmwvc_core.law.server.contacts import Avatar
 from pmwvc_core.law.server.server_port import UserPort
 from pmwvc_core.law.vectors import Vector, dot, each, length, minus, plus, scaled, within, zero
 from pmwvc_core.law.wave.wave import Rows, applied, damper, free_velocity, outer, wave_velocity
@@ -179,8 +180,7 @@ class Seen(NamedTuple):
     """What the port knows of one user."""
 
     secant: Secant  # with F-, the last force that was used
-    x: Vector  # of the avatar at the end of the last step: another one means that it began anew
-    f: Vector
+    visit: int  # of the port
     at: Vector  # [m] where the environment answered last
     there: bool = False
     steps: int = 0  # since F-
@@ -189,13 +189,12 @@ class Seen(NamedTuple):
 
 
 def noted(s: Seen, port: UserPort) -> tuple[Seen, bool, bool, Vector]:
-    """Note who is there, and who began anew: where the last step did not leave the avatar."""
-    there, x, f = port.avatar.present, port.x_s, port.avatar.f
-    stayed = s.there and x == s.x and f == s.f
-    begins, secant, at, steps = there and not stayed, s.secant, s.at, s.steps
+    """Note who is there, and who began anew."""
+    there, x, begins = port.avatar.present, port.x_s, port.visit != s.visit
+    secant, at, steps = s.secant, s.at, s.steps
     if begins:
         secant, at, steps = resting_secant(x, secant.scale, secant.expected), x, 0
-    return Seen(secant, x, f, at, there, steps, True, False), there, begins, x
+    return Seen(secant, port.visit, at, there, steps, True, False), there, there and begins, x
 
 
 def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]:
@@ -210,9 +209,9 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
     return s._replace(secant=s.secant._replace(expected=expected)), velocity
 
 
-def checked(s: Seen, x: Vector, f: Vector, way_m: float, learns: bool, h: float) -> Seen:
+def checked(s: Seen, x: Vector, a: Avatar, way_m: float, learns: bool, h: float) -> Seen:
     """Note a force that cannot be used; learn from another one."""
-    usable = within(f, LARGEST_N)
+    f, usable = a.f, within(a.f, LARGEST_N)
     if not learns:
         return s._replace(usable=usable)
     f = f if usable else zero(f)
@@ -222,4 +221,4 @@ def checked(s: Seen, x: Vector, f: Vector, way_m: float, learns: bool, h: float)
     good = usable and found
     secant = learn(s.secant, x, f, good)
     steps = 0 if good else steps
-    return Seen(secant, s.x, s.f, x, s.there, steps, usable, usable and not found)
+    return Seen(secant, s.visit, x, s.there, steps, usable, usable and not found)

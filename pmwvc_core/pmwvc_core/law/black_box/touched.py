@@ -1,65 +1,49 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """Environments that are known by their forces only; here wall and cube, with the contact laws of
-the other couplings.
+the other couplings. Some answer the impedance of the ports: no force is guessed, none comes late.
+To all others every avatar moves with the velocity decoded, whatever the force.
 
 The wall uses the force at the end of a step and moves by h xd (backward Euler). Of a sloped wall
 the port knows K dt + B in contact (App. C Eq. 4). A driven wall moves as x = A sin(2 pi f t) along
-axis 0. The cube moves by the midpoint rule with the mean force over the step (:mod:`.coupling`).
-Positions and velocities are those of the avatars at the end of the step.
+axis 0. The cube, and the wall that answers an impedance, which is a cube of infinite mass, take
+the avatars into their implicit step (:mod:`pmwvc_core.law.server.coupling`). Positions and
+velocities are those of the avatars at the end of the step.
 """
 
 import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.secant import ExpectedForce, decoded
-from pmwvc_core.law.family import Family
-from pmwvc_core.law.motion import Body, BodyLaw, drifted, kinetic_j
-from pmwvc_core.law.server.contacts import (
-    Avatar,
-    Contact,
-    advanced_contact,
-    attached,
-    contact_energy,
-    contact_force,
-    detached,
-    slid,
-    touching,
-)
-from pmwvc_core.law.server.coupling import rows_of
-from pmwvc_core.law.server.springs import Row, Yield, solved_axis
+from pmwvc_core.law.family import Family, same
+from pmwvc_core.law.motion import Body, kinetic_j
+from pmwvc_core.law.server.contacts import Avatar, contact_force, slid, springs_j, touching
+from pmwvc_core.law.server.coupling import implicit
 from pmwvc_core.law.vectors import Vector, columns, each, filled, minus, plus, scaled, zero
-from pmwvc_core.law.wave.wave import Rows, free_velocity
+from pmwvc_core.law.wave.wave import Impedance, Rows, free_velocity
 
+Avatars = tuple[Avatar, ...]
 Vectors = tuple[Vector, ...]
 
-moved_by = Family("moved_by")  # (s, positions, velocities, h, p) -> (s, forces, stored [J])
-# Of one user's contact, (s, there, begins, position, centre) -> s: there or not, or begun anew
-visit = Family("visit")
-local_line = Family("local_line")  # likewise, (s, position, weight_s, p) -> (force at rest, slope)
+# What moves with a velocity that is given, whatever the force: that is its wave.
+COMMANDED = Impedance(math.inf, 0.0, math.inf, 1.0, (math.inf,))
+
+# (s, visitors, p) -> (s, avatars, stored [J]): one step on; p are the parameters of the port
+moved_by = Family("moved_by")
+visited = Family("visited", same)  # (s, there, begins, positions) -> s: who is there, begins anew
 
 
-def _visited(s: Any, there: Any, begins: Any, positions: Vectors) -> Any:
-    visitors = each(visit, (s.visitors, there, begins, positions), s.body.x)
-    return s._replace(visitors=visitors)
+class Visitors(NamedTuple):
+    """Avatars behind their impedances; where they are, and would be without a new velocity [m]."""
 
-
-# (s, there, begins, positions) -> s: who is there, who begins anew
-visited = Family("visited", _visited)
-
-
-class Visitor(NamedTuple):
-    """One user's contact, and its avatar at the end of the last step [m]."""
-
-    there: bool
-    at: Vector
-    contact: Contact
+    avatars: Avatars
+    at: Vectors
+    starts: Vectors
 
 
 class Wall(NamedTuple):
     """A wall, which moves as it is driven."""
 
-    visitors: tuple[Visitor, ...]
     body: Body
     time_s: float
 
@@ -71,120 +55,123 @@ class Swing(NamedTuple):
     rate: float
 
 
-class FreeCube(NamedTuple):
-    """The shared object: carried by whoever pushes it."""
+class MetObject(NamedTuple):
+    """The shared object, carried by whoever pushes it, or a wall; they answer an impedance."""
 
-    visitors: tuple[Visitor, ...]
     body: Body
 
 
-@visit.member(Visitor)
-def _visit(s: Visitor, there: bool, begins: bool, position: Vector, centre: Vector) -> Visitor:
-    """Begin a contact without force, or end it; what its spring held is lost."""
-    if begins:
-        return Visitor(True, position, attached(s.contact, minus(position, centre)))
-    if s.there and not there:
-        return Visitor(False, s.at, detached(s.contact)[0])
-    return s
+class FreeCube(MetObject):
+    """The shared object, which does not."""
 
 
 @moved_by.member(Wall)
-def _wall(
-    s: Wall, positions: Vectors, velocities: Vectors, h: float, p: Swing
-) -> tuple[Wall, Vectors, float]:
+def _wall(s: Wall, visitors: Visitors, p: Any) -> tuple[Wall, Avatars, float]:
     """Follow the drive; the velocity is the mean over the step."""
-    time_s = s.time_s + h
-    there = scaled(p.amplitude, math.sin(p.rate * time_s))
+    swing, time_s = p.environment, s.time_s + p.body.period_s
+    there = scaled(swing.amplitude, math.sin(swing.rate * time_s))
     shift = minus(there, s.body.x)
-    xd = scaled(shift, 1.0 / h)
-    visitors, forces = columns(each(_pressed, (s.visitors, positions, velocities), shift, xd))
-    return Wall(visitors, Body(there, xd), time_s), forces, springs_j(visitors)
+    xd = scaled(shift, 1.0 / p.body.period_s)
+    moved = each(_pressed, visitors, shift, xd, p)
+    return Wall(Body(there, xd), time_s), moved, springs_j(moved)
 
 
-def _pressed(
-    s: Visitor, position: Vector, velocity: Vector, shift: Vector, xd: Vector
-) -> tuple[Visitor, Vector]:
+def _pressed(a: Avatar, at: Vector, start: Vector, shift: Vector, xd: Vector, p: Any) -> Avatar:
     """Return the force at the end of a step in which the wall moved by ``shift`` [m]."""
-    if not s.there:
-        return s, zero(position)
-    contact, _ = slid(s.contact, minus(minus(position, s.at), shift))
-    return Visitor(True, position, contact), contact_force(contact, minus(velocity, xd))
+    if not a.present:
+        return a._replace(xd=a.u, f=zero(a.u))
+    contact, _ = slid(a.contact, minus(_way(a, at, start, p), shift))
+    return a._replace(xd=a.u, f=contact_force(contact, minus(a.u, xd)), contact=contact)
+
+
+def _way(a: Avatar, at: Vector, start: Vector, p: Any) -> Vector:
+    return minus(plus(start, scaled(a.u, p.new_s)), at)
+
+
+@moved_by.member(MetObject)
+def _object(s: Any, visitors: Visitors, p: Any) -> tuple[Any, Avatars, float]:
+    """Return mean velocities and forces over the step."""
+    avatars = visitors.avatars
+    moved, body, _, _ = implicit(avatars[0].impedance, avatars, s.body, p.environment)
+    return s._replace(body=body), moved, springs_j(moved) + kinetic_j(body, p.environment)
 
 
 @moved_by.member(FreeCube)
-def _cube(
-    s: FreeCube, positions: Vectors, velocities: Vectors, h: float, p: BodyLaw
-) -> tuple[FreeCube, Vectors, float]:
-    """Return the mean forces over the step."""
-    rows = columns(each(_rows, (s.visitors, positions), h))
-    mean, answers, _ = columns(each(solved_axis, (rows, s.body.xd), p))
-    body, _ = drifted(s.body, mean, p)
-    visitors, forces = columns(each(_carried, (s.visitors, positions, columns(answers)), h))
-    return FreeCube(visitors, body), forces, springs_j(visitors) + kinetic_j(body, p)
+def _cube(s: FreeCube, visitors: Visitors, p: Any) -> tuple[Any, Avatars, float]:
+    """Have each avatar go its way with its mean velocity."""
+    means = visitors._replace(avatars=each(_mean, visitors, p))
+    s, moved, stored_j = _object(s, means, p)
+    return s, each(_pushed, (visitors.avatars, moved)), stored_j
 
 
-def _rows(s: Visitor, position: Vector, h: float) -> tuple[Row, ...]:
-    return rows_of(s.contact, scaled(minus(position, s.at), 1.0 / h), s.there, math.inf)
+def _mean(a: Avatar, at: Vector, start: Vector, p: Any) -> Avatar:
+    return a._replace(u=scaled(_way(a, at, start, p), 1.0 / p.body.period_s))
 
 
-def _carried(
-    s: Visitor, position: Vector, answers: tuple[Yield, ...], h: float
-) -> tuple[Visitor, Vector]:
-    if not s.there:
-        return s, zero(position)
-    force, rate, _ = columns(answers)
-    contact, _ = advanced_contact(s.contact, force, rate, h)
-    return Visitor(True, position, contact), force
+def _pushed(a: Avatar, moved: Avatar) -> Avatar:
+    return a._replace(xd=a.u, f=moved.f, contact=moved.contact)
 
 
-@local_line.member(Visitor)
-def _line(s: Visitor, position: Vector, weight_s: float, p: Any) -> tuple[Vector, Vector]:
-    rest = zero(position)
-    if not s.there:
+def _lines(s: Any, visitors: Visitors, p: Any) -> tuple[Vectors, Vectors]:
+    lines: tuple[Vectors, Vectors] = columns(each(_line, visitors, p))
+    return lines
+
+
+def _line(a: Avatar, at: Vector, start: Vector, p: Any) -> tuple[Vector, Vector]:
+    rest = zero(a.u)
+    if not a.present:
         return rest, rest
-    contact, _ = slid(s.contact, minus(position, s.at))
+    contact, _ = slid(a.contact, minus(start, at))
     force = contact_force(contact, rest)
     if not touching(contact):
         return force, rest
     rise = minus(contact_force(contact, filled(rest, 1.0)), force)
-    return force, plus(rise, filled(rest, contact.law.stiffness * weight_s))
+    return force, plus(rise, filled(rest, contact.law.stiffness * p.new_s))
 
 
-def springs_j(visitors: tuple[Visitor, ...]) -> float:
-    """Return the energy in all contacts [J]."""
-    stored_j = 0.0
-    for i in range(len(visitors)):
-        stored_j += contact_energy(visitors[i].contact)  # of one who left: none
-    return stored_j
+# (s, visitors, p) -> forces at rest, slopes
+local_lines = Family("local_lines", _lines)
 
 
 class Reply(NamedTuple):
     """The answer of an environment."""
 
     answered: bool
-    velocities: Vectors  # [m/s] of the avatars, as decoded
+    avatars: Avatars  # with velocities [m/s] as decoded, and forces [N]
     ends: Vectors  # [m] of the avatars
-    forces: Vectors  # [N]
     stored_j: float
     x: Vector  # of the object
     xd: Vector
     solved: bool  # with the wave: nothing is to be learned
 
 
-def _exchange(
-    s: Any, avatars: tuple[Avatar, ...], starts: Vectors, velocities: Vectors, p: Any
-) -> tuple[Any, Reply]:
+def _exchange(s: Any, visitors: Visitors, velocities: Vectors, p: Any) -> tuple[Any, Reply]:
     if p.sloped:
-        lines = each(local_line, (s.visitors, starts), p.new_s, p.environment)
-        forces, slopes = columns(lines)
-        velocities = each(solved_line, (avatars, forces, slopes), p.identity)
-    positions = each(plus, (starts, each(scaled, (velocities,), p.new_s)))
-    s, forces, stored_j = moved_by(s, positions, velocities, p.body.period_s, p.environment)
-    return s, Reply(True, velocities, positions, forces, stored_j, s.body.x, s.body.xd, False)
+        forces, slopes = local_lines(s, visitors, p)
+        velocities = each(solved_line, (visitors.avatars, forces, slopes), p.identity)
+    commanded = each(_commanded, (visitors.avatars, velocities))
+    return met(s, visitors._replace(avatars=commanded), velocities, p)
 
 
-# (s, avatars, starts, velocities, p) -> (s, reply): decode with the slope where there is one, step
+def _commanded(a: Avatar, velocity: Vector) -> Avatar:
+    return a._replace(impedance=COMMANDED, u=velocity)
+
+
+# (s, visitors, velocities, p) -> (s, reply): decode with the slope where there is one, step
 exchange = Family("exchange", _exchange)
+
+
+@exchange.member(MetObject)
+def met(s: Any, visitors: Visitors, velocities: Vectors, p: Any) -> tuple[Any, Reply]:
+    """Step with avatars behind their impedances, which decide on the velocities."""
+    s, moved, stored_j = moved_by(s, visitors, p)
+    ends = each(moved_on, (moved, visitors.starts), p.new_s)
+    return s, Reply(True, moved, ends, stored_j, s.body.x, s.body.xd, p.sloped)
+
+
+def moved_on(a: Avatar, x: Vector, weight_s: float) -> Vector:
+    """Return where an avatar at x [m] is after so long [s]."""
+    return plus(x, scaled(a.xd, weight_s))
 
 
 def solved_line(a: Avatar, force: Vector, slope: Vector, identity: Rows) -> Vector:

@@ -56,13 +56,6 @@ class Budgeted(NamedTuple):
     tank: Tank
 
 
-def _error(
-    s: PositionError, v: Vector, x: Vector, p: FeedbackParams
-) -> tuple[PositionError, Vector]:
-    """Return the error; what comes down is the newest packet, and the hold's wave before."""
-    return error_tick(s, x, s.x, v, plus(s.wave, scaled(s.v, p.hold_s)), p)
-
-
 @position_in.member(Budgeted)
 def _budgeted_packet(s: Budgeted, packet: Packet, there: bool, p: FeedbackParams) -> Budgeted:
     return Budgeted(error_packet(s.error, packet, there, p), tank_packet(s.tank, packet, p))
@@ -72,7 +65,8 @@ def _budgeted_packet(s: Budgeted, packet: Packet, there: bool, p: FeedbackParams
 def _budgeted_down(
     s: Budgeted, v: Vector, x: Vector, free_j: float, waiting: Vector, p: FeedbackParams
 ) -> tuple[Budgeted, Vector]:
-    error, e = _error(s.error, v, x, p)
+    down = plus(s.error.wave, scaled(s.error.v, p.hold_s))  # the newest packet, the hold's wave
+    error, e = error_tick(s.error, x, s.error.x, v, down, p)
     tank, change = tank_down(s.tank, x, v, asked(error, e, p), error.there, p)
     return Budgeted(error, tank), plus(v, change) if error.there else v
 

@@ -18,7 +18,7 @@ import math
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.server.springs import ContactLaw, Spring, depth, force_at, loop_force, stored
+from pmwvc_core.law.server.springs import ContactLaw, Spring, depth, force_at, stored
 from pmwvc_core.law.vectors import Vector, each, scaled, total, zero
 
 
@@ -118,11 +118,6 @@ def contact_heat(c: Contact, rate: Vector) -> float:
     return heat_w
 
 
-def contact_unwrapped(c: Contact, free: Vector, xd_o: Vector, b: float, weight: float) -> Vector:
-    """Return the force [N] that fits xd = free - f/b and a move of weight xd (App. C, Eq. 4)."""
-    return each(loop_force, (c.springs, free, xd_o), b, weight, touching(c), c.law)
-
-
 def advanced_contact(c: Contact, force: Vector, rate: Vector, h: float) -> tuple[Contact, float]:
     """Move by the mean velocity of a step of h [s] with the mean force; return the heat [J]."""
     held, law, heat_j = touching(c), c.law, 0.0
@@ -188,3 +183,12 @@ class Avatar(NamedTuple):
     f: Vector  # [N] on the object
     contact: Contact
     kept: Vector  # what a coupling keeps for its next step
+
+
+def springs_j(avatars: tuple[Avatar, ...]) -> float:
+    """Return the energy of all contact springs [J]."""
+    return total(0.0, each(_spring_j, (avatars,)))
+
+
+def _spring_j(a: Avatar) -> float:
+    return contact_energy(a.contact)  # of one who is not there: none

@@ -32,12 +32,8 @@ from pmwvc_core.law.wave.wave import ImpedanceMatrix, Rows, applied, free_veloci
 
 def loop_inverse(loop: Rows, numbers: tuple[int, ...]) -> Rows:
     """Return (1 + loop)^-1, a matrix of so many axes."""
-    n = len(numbers)
-    a = np.eye(n)
-    for i in range(n):
-        for j in range(n):
-            a[i, j] += loop[i][j]
-    return each(_row, (numbers,), np.linalg.inv(a), numbers)
+    inverse = np.linalg.inv(np.eye(len(numbers)) + np.array(loop))
+    return each(_row, (numbers,), inverse, numbers)
 
 
 def _row(row: int, a: np.ndarray, numbers: tuple[int, ...]) -> Vector:
@@ -164,11 +160,10 @@ def _look(avatars: tuple[Avatar, ...], velocity: Vector, xd: Vector, law: BodyLa
     force, slopes, size = zero(velocity), answers[0].slope, 0.0
     slopes = each(scaled, (slopes,), 0.0)
     for i in range(len(avatars)):
-        if avatars[i].present:
-            push, slope = answers[i].force, answers[i].slope
-            free = minus(free_velocity(avatars[i].impedance, avatars[i].u), velocity)
-            force, slopes = plus(force, push), each(plus, (slopes, slope))
-            size += length(push) + length(each(_size, (slope,), free))
+        push, slope = answers[i].force, answers[i].slope  # zero of who is not there
+        free = minus(free_velocity(avatars[i].impedance, avatars[i].u), velocity)
+        force, slopes = plus(force, push), each(plus, (slopes, slope))
+        size += length(push) + length(each(_size, (slope,), free))
     missing, gives = each(imbalance, (xd, velocity, force), law), mobility(0.0, law)
     numbers = avatars[0].impedance.numbers
     inverse = loop_inverse(each(scaled, (slopes,), gives), numbers)

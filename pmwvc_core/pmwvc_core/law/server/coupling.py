@@ -39,12 +39,11 @@ from pmwvc_core.law.server.contacts import (
     advanced_contact,
     contact_force,
     contact_heat,
-    contact_unwrapped,
     couple,
     slid,
     touching,
 )
-from pmwvc_core.law.server.springs import Row, Yield, solved_axis
+from pmwvc_core.law.server.springs import Row, Yield, loop_force, solved_axis
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, scaled, total, zero
 from pmwvc_core.law.wave.wave import Impedance, free_velocity, loaded, wave_velocity
 
@@ -75,12 +74,8 @@ def _alone(b: Impedance, avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) 
 
 
 def _rows(a: Avatar) -> tuple[Row, ...]:
-    return rows_of(a.contact, free_velocity(a.impedance, a.u), a.present, a.impedance.b)
-
-
-def rows_of(c: Contact, drive: Vector, present: bool, b: float) -> tuple[Row, ...]:
-    """Return an avatar along every axis, from what :class:`Row` holds of it."""
-    return each(Row, (c.springs, drive), present, b, touching(c), c.law)
+    c, drive = a.contact, free_velocity(a.impedance, a.u)
+    return each(Row, (c.springs, drive), a.present, a.impedance.b, touching(c), c.law)
 
 
 def _by_axis(answers: tuple[Yield, ...]) -> Yield:
@@ -106,13 +101,14 @@ def _carried(a: Avatar, answer: Yield, h: float) -> tuple[Avatar, float]:
     return a._replace(xd=xd, f=answer.force, contact=contact), heat_j
 
 
-# (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance
+# (impedance, contact, free, xd_o, weight) -> force [N] that fits xd = free - f/impedance, and a
+# move of weight xd (App. C, Eq. 4)
 solved_contact = Family("solved_contact")
 
 
 @solved_contact.member(Impedance)
 def _solved(b: Impedance, c: Contact, free: Vector, xd_o: Vector, weight: float) -> Vector:
-    return contact_unwrapped(c, free, xd_o, b.b, weight)
+    return each(loop_force, (c.springs, free, xd_o), b.b, weight, touching(c), c.law)
 
 
 class OneStepDelay(NamedTuple):
@@ -132,11 +128,8 @@ class OneFrameLate(Nothing):
 
 def weights(integrator: str, period_s: float) -> tuple[float, float]:
     """Return what old and new velocity weigh [s] in the avatar's displacement over a step."""
-    return {
-        "forward_euler": (period_s, 0.0),
-        "backward_euler": (0.0, period_s),
-        "trapezoid": (0.5 * period_s, 0.5 * period_s),
-    }[integrator]
+    new_s = {"forward_euler": 0.0, "trapezoid": 0.5, "backward_euler": 1.0}[integrator] * period_s
+    return period_s - new_s, new_s
 
 
 def object_pushed(avatars: tuple[Avatar, ...], body: Body, law: BodyLaw) -> Pushed:

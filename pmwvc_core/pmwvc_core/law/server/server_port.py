@@ -21,11 +21,11 @@ from pmwvc_core.law.server.contacts import (
     attached,
     changed_contact,
     cleared,
-    contact_energy,
     couple,
     detached,
     offset_of,
     slid,
+    springs_j,
     touching,
 )
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, shortened, total, zero
@@ -46,7 +46,7 @@ class UserPort(NamedTuple):
     v_j: float  # of the waves v_s
     account_j: float  # sum for the packets if it is kept here; below zero: that of their waves
     extra: Vector  # signals that a controller declares
-    raised: float  # r, in the impedance of the avatar
+    visit: int  # counts how often the user joined
 
 
 class SharedScene(NamedTuple):
@@ -83,12 +83,11 @@ environment_step = Family("environment_step")
 def joined(s: UserPort, position: Vector, body: Body) -> tuple[UserPort, float]:
     """Join at the device's position [m], without force; return what leaving first dropped [J]."""
     s, dropped_j = left(s)
-    a, nothing = s.avatar, zero(position)
-    contact = attached(a.contact, minus(position, body.x))
-    x_s = plus(body.x, offset_of(contact))
-    avatar = Avatar(True, a.impedance, nothing, nothing, nothing, contact, nothing)
-    offset = minus(x_s, position)
-    return s._replace(avatar=avatar, offset=offset, x_s=x_s, v_s=nothing), dropped_j
+    contact = attached(s.avatar.contact, minus(position, body.x))
+    avatar = s.avatar._replace(present=True, contact=contact)
+    x_s, v_s = plus(body.x, offset_of(contact)), zero(position)
+    s = s._replace(avatar=avatar, offset=minus(x_s, position), x_s=x_s, v_s=v_s, visit=s.visit + 1)
+    return s, dropped_j
 
 
 def left(s: UserPort) -> tuple[UserPort, float]:
@@ -107,7 +106,6 @@ def changed_port(
     """Take contact and impedance over; the springs store what they stored. Return what is lost."""
     a = s.avatar
     contact, lost_j = changed_contact(a.contact, stiffness, damping)
-    impedance = firmer(impedance, s.raised)
     return s._replace(avatar=a._replace(impedance=impedance, contact=contact)), lost_j
 
 
@@ -117,12 +115,11 @@ def sum_j(s: UserPort, strict: bool) -> float:
 
 
 def port_raised(s: UserPort, ratio: float) -> UserPort:
-    """Take an impedance r times that of free motion over."""
+    """Take so many times the impedance over."""
     a = s.avatar
-    if ratio == s.raised:
+    if ratio == 1.0:
         return s
-    avatar = a._replace(impedance=firmer(a.impedance, ratio / s.raised))
-    return s._replace(avatar=avatar, raised=ratio)
+    return s._replace(avatar=a._replace(impedance=firmer(a.impedance, ratio)))
 
 
 @environment_step.member(EnvironmentParams)
@@ -189,18 +186,14 @@ def brakes_j(ports: tuple[UserPort, ...]) -> float:
     return total
 
 
-def potential_j(s: SharedScene) -> float:
-    """Return the energy of all contact springs [J]."""
-    return total(0.0, each(_potential_j, (s.ports,)))
-
-
-def _potential_j(s: UserPort) -> float:
-    return contact_energy(s.avatar.contact)  # of one who is not there: none
+def avatar_of(s: UserPort) -> Avatar:
+    """Return the avatar of a port."""
+    return s.avatar
 
 
 @scene_energies.member(EnvironmentParams)
 def _energies(p: EnvironmentParams, s: SharedScene) -> Vector:
-    return (kinetic_j(s.body, p.body), potential_j(s), brakes_j(s.ports))
+    return (kinetic_j(s.body, p.body), springs_j(each(avatar_of, (s.ports,))), brakes_j(s.ports))
 
 
 @port_shown.member(EnvironmentParams)

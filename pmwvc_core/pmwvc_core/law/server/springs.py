@@ -167,11 +167,10 @@ def solved_axis(
     for turn in range(LIMIT):
         force, slope, size = 0.0, 0.0, 0.0  # size of the terms that may cancel [N]
         for i in range(len(rows)):
-            if rows[i].present:
-                push, fall = answers[i].force, answers[i].slope
-                force += push
-                slope += fall
-                size += abs(push) + fall * abs(rows[i].drive - velocity)
+            push, fall = answers[i].force, answers[i].slope  # zero of who is not there
+            force += push
+            slope += fall
+            size += abs(push) + fall * abs(rows[i].drive - velocity)
         missing, gives = imbalance(xd, velocity, force, law), mobility(slope, law)
         change = missing * gives
         if abs(change) <= ROUNDING * (abs(velocity) + gives * size):

@@ -25,13 +25,14 @@ from pmwvc_core.law.server.contacts import (
     Contact,
     contact_force,
     contact_heat,
-    contact_unwrapped,
     offset_of,
     slid,
+    springs_j,
 )
-from pmwvc_core.law.server.coupling import object_pushed
-from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, in_touch, potential_j
+from pmwvc_core.law.server.coupling import object_pushed, solved_contact
+from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, avatar_of, in_touch
 from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, total, zero
+from pmwvc_core.law.wave.wave import impedance, loaded
 
 
 class DeviceEnd(NamedTuple):
@@ -176,14 +177,15 @@ class AvatarAnswer(NamedTuple):
 avatar_moved = Family("avatar_moved")
 
 
-def pulled_avatar(step: AvatarStep, drive: Vector, impedance: float) -> Moved:
-    """Let an avatar without mass move by f_s = drive - impedance xd_s against its contact
-    (backward Euler): a force [N] and a damper [N s/m]. A spring K and damper B to the device are
-    drive = K (position - x_s) + B velocity, impedance = K h + B.
+def pulled_avatar(step: AvatarStep, drive: Vector, damping: float) -> Moved:
+    """Let an avatar without mass move by f_s = drive - damping xd_s against its contact (backward
+    Euler): a force [N] and a damper [N s/m]. A spring K and damper B to the device are drive = K
+    (position - x_s) + B velocity, damping = K h + B.
     """
-    body, h, free = step.body, step.period_s, scaled(drive, 1.0 / impedance)
-    f = contact_unwrapped(step.contact, free, body.xd, impedance, h)
-    xd = minus(free, scaled(f, 1.0 / impedance))
+    body, h, b = step.body, step.period_s, impedance(damping)
+    free = scaled(drive, b.inverse)
+    f = solved_contact(b, step.contact, free, body.xd, h)
+    xd = loaded(b, free, f)
     contact, lost_j = slid(step.contact, scaled(xd, h))
     lost_j += h * contact_heat(contact, minus(xd, body.xd))
     return Moved(plus(body.x, offset_of(contact)), xd, f, contact, lost_j)
@@ -201,14 +203,10 @@ def placed_avatar(step: AvatarStep, velocity: Vector) -> Moved:
 
 @server_port.environment_step.member(AvatarEndParams)
 def _step(p: AvatarEndParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
-    avatars, body, lost_j = object_pushed(each(_avatar, (s.ports,)), s.body, p.body)
+    avatars, body, lost_j = object_pushed(each(avatar_of, (s.ports,)), s.body, p.body)
     rows = (s.ports, avatars, came, p.laws)
     ports, lost = columns(each(_moved, rows, body, p.body.period_s))
     return SharedScene(ports, body, s.dissipated_j + total(lost_j, lost), s.unsettled)
-
-
-def _avatar(s: UserPort) -> Avatar:
-    return s.avatar
 
 
 def _moved(
@@ -225,7 +223,8 @@ def _moved(
     avatar, flow_j = a._replace(xd=xd, f=f, contact=contact), h * dot(f, xd)
     u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
     sent_j, extra = answer.sent_j, answer.extra
-    return UserPort(avatar, kept, s.offset, x_s, answer.wave, u_j, v_j, sent_j, extra, 1.0), lost_j
+    s = s._replace(avatar=avatar, brake=kept, x_s=x_s, v_s=answer.wave, u_j=u_j, v_j=v_j)
+    return s._replace(account_j=sent_j, extra=extra), lost_j
 
 
 @server_port.scene_energies.member(AvatarEndParams)
@@ -233,7 +232,8 @@ def _scene_energies(p: AvatarEndParams, s: SharedScene) -> Vector:
     kept = accounts(s.ports[0].brake, p.laws[0])
     for i in range(1, len(s.ports)):
         kept = each(add, (kept, accounts(s.ports[i].brake, p.laws[i])))
-    stored: Vector = (kinetic_j(s.body, p.body), potential_j(s))
+    avatars = each(avatar_of, (s.ports,))
+    stored: Vector = kinetic_j(s.body, p.body), springs_j(avatars)
     return stored + kept
 
 
