@@ -34,7 +34,7 @@ from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
-from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, matrices_of, rows_of
+from pmwvc_core.server.black_box import BlackBox, Call, EnvironmentSetup, Outside, rows_of
 from pmwvc_core.server.contained import Contained
 from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
@@ -145,9 +145,8 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
     server, axes, name = session.server, session.dof, session.server.environment
     own = getattr(session.own, name, None)
     sides, contacts = zip(*((user.side, user.contact) for user in users), strict=True)
-    b = np.array([port_impedance(user.server_impedance, users, axes).b for user in users])
-    impedances = tuple(matrices_of(b, axes))
-    setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own, impedances)
+    b = [port_impedance(user.server_impedance, users, axes).b for user in users]
+    setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own, b)
     outside = environment_of(name).outside
     assert outside is not None
     environment: BlackBox = outside(setup)

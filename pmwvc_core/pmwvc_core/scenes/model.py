@@ -24,7 +24,7 @@ from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.params.names import hint
 from pmwvc_core.plugins import refused
 from pmwvc_core.scenes.description import files_of
-from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.server.black_box import EnvironmentSetup, matrices_of
 
 FINGER_KG = 1e-3
 EVERYTHING = 0x7FFFFFFF  # kinds of geoms that a finger touches
@@ -127,7 +127,7 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
 
 def _axes(setup: EnvironmentSetup) -> list[Array]:
     """Return the slides' axes of every user; armature has one number along each."""
-    impedances = setup.impedances or (np.eye(setup.dof),) * setup.users
+    impedances = matrices_of(np.array(setup.impedances or [1.0] * setup.users), setup.dof)
     for b in impedances:
         turning = b - b[-1, -1] * np.eye(setup.dof)
         if np.abs(turning[3:]).max(initial=0.0) > ROUNDING * np.abs(b).max():

@@ -50,7 +50,7 @@ class EnvironmentSetup:
     server: ServerParams
     contacts: tuple[ContactParams, ...]
     own: Any = None  # what the factory's attribute ``params`` declares
-    impedances: tuple[Array, ...] = ()  # of the users' ports, ``(dof, dof)`` [N s/m]
+    impedances: Sequence[Any] = ()  # of the users' ports, numbers or matrices [N s/m]
 
     @property
     def users(self) -> int:
