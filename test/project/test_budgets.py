@@ -41,7 +41,7 @@ ROOMS = {
     ),
     "laws": Room(5_931, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_233,
+        3_226,
         2_500,
         inside(
             "pmwvc_core",

@@ -21,11 +21,11 @@ from pmwvc_core.server.black_box import EnvironmentSetup
 from pmwvc_core.simulation.session import simulate
 
 G, H, LEVER_M = 9.81, 0.008, 0.05
-SIDES = -1, 1, 0, -1
+SIDES = -1, 1, 1, -1
 
 
 def box(users=2, dof=6, *, mass=0.2, stiffness=2000.0, damping=10.0, **own):
-    """Return a box with pads at its faces: left, right, top, left."""
+    """Return a box with pads at its faces: left, right, right, left."""
     server = ServerParams(
         coupling="unknown", environment="body", object_mass=mass, body=BodyParams(**own)
     )
@@ -38,7 +38,7 @@ def box(users=2, dof=6, *, mass=0.2, stiffness=2000.0, damping=10.0, **own):
 
 def facing(side, dof):
     """Return the outward normal of a side's face."""
-    return np.eye(dof)[0] * side if side else np.eye(dof)[2]
+    return np.eye(dof)[0] * side
 
 
 def squeezed(made, squeeze, seconds, *, b=25.0, lift_m=0.0):

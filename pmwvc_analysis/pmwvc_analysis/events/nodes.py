@@ -47,8 +47,7 @@ def of_master(user: UserTraces, scenario: Scenario | None) -> Iterator[Event]:
                 yield event(time_s, who, "damping", "force restored in full")
             coupled, lost = True, False
         elif state != STARTING or (coupled and not lost):
-            lost = True
-            released = state == FAULT or (state == DAMPING and RELEASED in reason)
+            lost, released = True, state == FAULT or RELEASED in reason
             what = f"{LIMITS[state]}: {reason or 'no reason given'}"
             what = reason if reason == UNCOUPLED else what
             yield event(time_s, who, "release" if released else "damping", what)

@@ -66,12 +66,8 @@ class Box:
         self._masses = np.array([self._mass] * 3 + inertia.tolist())
         angle = np.arange(POINTS) * (2.0 * np.pi / POINTS)
         ring = own.pad_m * np.stack([0.0 * angle, np.cos(angle), np.sin(angle)], axis=-1)
-        outward = np.zeros((users, 3))
-        for user, side in enumerate(setup.sides):
-            outward[user, 0 if side else 2] = side or 1.0
-        rings = np.where(outward[:, None, :1] != 0.0, ring, ring[:, [2, 1, 0]])
-        pads = np.repeat(np.arange(users), POINTS)
-        self._shape = Shape(rings, pads, self._half_m * CORNERS, setup.dof)
+        outward, pads = np.outer(setup.sides, [1.0, 0.0, 0.0]), np.repeat(np.arange(users), POINTS)
+        self._shape = Shape(ring, pads, self._half_m * CORNERS, setup.dof)
         table_n_m = max(TABLE_N_M, self._weight_n / (4.0 * SINKS * self._half_m[2]))
         k = [contact.contact_stiffness / POINTS for contact in setup.contacts]
         damping = [contact.contact_damping / POINTS for contact in setup.contacts]
@@ -80,7 +76,7 @@ class Box:
             return np.concatenate([np.asarray(of_users)[pads], [of_corners] * 8])
 
         self._table_z = self._weight_n / (4.0 * table_n_m) - self._half_m[2]
-        self._face_m = of_points(np.abs(outward) @ self._half_m, self._table_z)
+        self._face_m = of_points([self._half_m[0]] * users, self._table_z)
         self._began_m, self._forces = np.zeros(len(self._face_m)), np.zeros((len(self._face_m), 3))
         self._points = Points(
             of_points(outward, [0.0, 0.0, 1.0]), self._began_m, self._forces,
@@ -130,8 +126,9 @@ class Box:
     @property
     def description(self) -> dict[str, Any]:
         """Shapes of table, box and pads, as those of :mod:`.description`."""
-        pads = np.abs(self._shape.ring).max(axis=1) + THIN_M
-        sizes = [[TABLE_M, TABLE_M, THIN_M], self._half_m.tolist(), *pads.tolist()]
+        pad = (np.abs(self._shape.ring).max(axis=0) + THIN_M).tolist()
+        table = [TABLE_M, TABLE_M, THIN_M]
+        sizes = [table, self._half_m.tolist(), *([pad] * len(self._there))]
         names = ["table", *self._names]
         shapes = [
             {"body": name, "kind": "box", "size": size, "at": [0.0] * 3, "turned": NOT_TURNED,

@@ -34,8 +34,8 @@ class Poses(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """Points of the pads in the axes of their handles ``(users, points, 3)`` [m], which handle
-    each is of ``(pads,)``, the box's corners ``(8, 3)`` [m], and the axes of a handle.
+    """Points of a pad in the axes of its handle ``(points, 3)`` [m], which handle each pads' point
+    is of ``(pads,)``, the box's corners ``(8, 3)`` [m], and the axes of a handle.
     """
 
     ring: Array
@@ -66,7 +66,7 @@ def by_velocities(mean: Poses, p: Shape) -> Array:
     of the mean poses are no rotations.
     """
     (at, turned), r, pads = mean, mean.turned[0], len(p.pads)
-    found = np.zeros((pads + len(p.corners), 3, 6 + p.dof * len(p.ring)))
+    found = np.zeros((pads + len(p.corners), 3, 6 + p.dof * (len(at) - 1)))
     arms = (p.ring @ turned[1:].swapaxes(-1, -2)).reshape(-1, 3)
     rho = (at[1 + p.pads] + arms - at[0]) @ r
     found[:pads, :, :3], found[:pads, :, 3:6] = -r.T, cross(rho)

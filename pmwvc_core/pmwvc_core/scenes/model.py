@@ -46,20 +46,10 @@ class Grasp(NamedTuple):
     ball: slice  # likewise, its quaternion; empty where it does not turn
     dofs: slice
     geoms: tuple[int, ...]
-    is_finger: bool
-    home: Array  # (3,) [m] of a finger: where it is for a device at zero, from its body
+    home: Array | None  # (3,) [m] of a finger: where it is for a device at zero, from its body
     axes: Array  # (3, 3) of the slides, in columns: those of the impedance
     body: int
     start: Array  # (3, 3) how it is turned while its ball is not
-
-
-class SceneModel(NamedTuple):
-    """A compiled scene and what each user holds in it."""
-
-    model: Any
-    held: tuple[Grasp, ...]
-    shown: int  # the first body that moves; 0, the world, where none does
-    made_of: dict[str, Any]  # ``files``, and the ``options`` written into the model beside them
 
 
 def import_mujoco() -> Any:
@@ -74,8 +64,11 @@ def import_mujoco() -> Any:
     return mujoco
 
 
-def scene_model(setup: EnvironmentSetup) -> SceneModel:
-    """Compile the scene of a setup; ParameterError with the reason where it cannot be used."""
+def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[str, Any]]:
+    """Compile the scene of a setup: return the model, what each user holds, the first body that
+    moves (0, the world, where none does), and ``files`` and the ``options`` written into the model
+    beside them. ParameterError with the reason where it cannot be used.
+    """
     mujoco, server = import_mujoco(), setup.server
     if setup.dof not in (3, 6):
         raise ParameterError(f"dof = {setup.dof}: a scene has 3 or 6 axes")
@@ -93,11 +86,14 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
             contype=EVERYTHING, conaffinity=EVERYTHING, margin=0.0, gap=0.0, priority=0,
             pos=[0.0, 0.0, 0.0], group=int(spec.compiler.inertiagrouprange[0]),
         )  # fmt: skip
+    slide, ball = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_BALL
+    plain = mujoco.MjSpec()  # whose joints have nothing of the file's defaults
+    bare = plain.worldbody.add_body().add_joint()
     for body in bodies:
-        for _ in range(3):
-            _add_joint(mujoco, body, mujoco.mjtJoint.mjJNT_SLIDE)
-        if setup.dof == AXES:
-            _add_joint(mujoco, body, mujoco.mjtJoint.mjJNT_BALL)
+        for kind in [slide] * 3 + [ball] * (setup.dof == AXES):
+            joint = body.add_joint(type=kind)
+            for name in OF_DEFAULTS:
+                setattr(joint, name, getattr(bare, name))
         body.gravcomp = 1.0
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
@@ -118,11 +114,11 @@ def scene_model(setup: EnvironmentSetup) -> SceneModel:
         first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
         geoms = tuple(geom.id for geom in body.geoms)
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
-        home = data.xipos[shown] + out - data.xpos[body.id]
-        ball = slice(first + 3, first + (7 if setup.dof == AXES else 3))
-        joints = slice(first, first + 3), ball, slice(dof, dof + setup.dof)
-        held.append(Grasp(*joints, geoms, not server.handles, home, axes, body.id, start))
-    return SceneModel(model, tuple(held), shown, {"files": files_of(file), "options": options})
+        home = None if server.handles else data.xipos[shown] + out - data.xpos[body.id]
+        turn = slice(first + 3, first + (7 if setup.dof == AXES else 3))
+        joints = slice(first, first + 3), turn, slice(dof, dof + setup.dof)
+        held.append(Grasp(*joints, geoms, home, axes, body.id, start))
+    return model, held, shown, {"files": files_of(file), "options": options}
 
 
 def _axes(setup: EnvironmentSetup) -> list[Array]:
@@ -150,14 +146,6 @@ def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:
     for texture in list(spec.textures):
         spec.delete(texture)
     return spec
-
-
-def _add_joint(mujoco: Any, body: Any, kind: Any) -> None:
-    """Add a joint that has nothing of the file's defaults."""
-    joint, plain = body.add_joint(type=kind), mujoco.MjSpec()
-    bare = plain.worldbody.add_body().add_joint()
-    for name in OF_DEFAULTS:
-        setattr(joint, name, getattr(bare, name))
 
 
 def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:

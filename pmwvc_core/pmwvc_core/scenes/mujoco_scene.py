@@ -97,7 +97,7 @@ class MujocoScene:
     def join(self, user: int, position: Array) -> None:
         """Put a finger where the avatar is, ``(dof,)`` [m]; a handle is taken where it is."""
         held = self.held[user]
-        if held.is_finger:
+        if held.home is not None:
             self.data.qpos[held.qpos] = (held.home + position[:3]) @ held.axes
             if self._dof == AXES:
                 turned = carried(IDENTITY, (position[3:] / self._lever_m).tolist())

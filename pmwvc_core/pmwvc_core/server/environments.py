@@ -67,69 +67,46 @@ def _soft(
     return kind((0.0,) * users, Body(rest, rest)), params
 
 
-CUBE = Environment(
-    name="cube", made=partial(_object, kind=FreeCube, mass=True), linear="cube", known=True,
-    movable=True,
+_cube, _plane = partial(_object, mass=True), partial(_object, mass=False)
+_WALL: dict[str, Any] = {"made": _wall, "spring": True}
+_MET: dict[str, Any] = {"sloped": True, "linear": "wall_with_impedance"}
+_RECORDS = (
+    Environment(
+        name="cube", made=partial(_cube, kind=FreeCube), linear="cube", known=True, movable=True
+    ),
+    Environment(
+        name="wall", linear="wall", known=True, with_slope="wall_with_slope", **_WALL
+    ),
+    Environment(name="wall_with_slope", linear="wall_with_slope", sloped=True, **_WALL),
+    Environment(
+        name="cube_with_impedance", made=partial(_cube, kind=MetObject), movable=True,
+        **_MET | {"linear": "cube_with_impedance"},
+    ),
+    Environment(
+        name="wall_with_impedance", made=partial(_plane, kind=MetObject), spring=True, **_MET
+    ),
+    Environment(
+        name="hunt_crossley_with_impedance", made=partial(_soft, kind=MetSoftBody),
+        contact_law=False, **_MET,
+    ),
+    # a soft body that stands still, F = K d^n (1 + c d')
+    Environment(name="hunt_crossley", made=_soft, linear="wall", sloped=True, contact_law=False),
+    # driven along axis 0: it gives out the energy of its drive
+    Environment(
+        name="active_wall", made=partial(_wall, driven=True), linear="wall", contact_law=False,
+        drive_hz=lambda p: p.active_wall.frequency_hz if p.active_wall.amplitude_m > 0.0 else 0.0,
+        own_energy=lambda p: "its environment is driven" * (p.active_wall.amplitude_m > 0.0),
+    ),
+    # imported only when they are made:
+    Environment(
+        name="body", outside=lambda setup: resolve_name("pmwvc_core.scenes.body:Box")(setup)
+    ),
+    Environment(
+        name="mujoco", contact_law=False, own_energy=lambda p: "a scene may fall, or be driven",
+        outside=lambda setup: resolve_name("pmwvc_core.scenes.mujoco_scene:MujocoScene")(setup),
+    ),
 )  # fmt: skip
-_OF_WALL: dict[str, Any] = {"made": _wall, "spring": True}
-WALL = Environment(
-    name="wall", linear="wall", known=True, with_slope="wall_with_slope", **_OF_WALL
-)
-WALL_WITH_SLOPE = Environment(
-    name="wall_with_slope", linear="wall_with_slope", sloped=True, **_OF_WALL
-)
-_WITH: dict[str, Any] = {"sloped": True, "linear": "wall_with_impedance"}
-CUBE_MET = Environment(
-    name="cube_with_impedance", made=partial(_object, kind=MetObject, mass=True), movable=True,
-    sloped=True, linear="cube_with_impedance",
-)  # fmt: skip
-WALL_MET = Environment(
-    name="wall_with_impedance", made=partial(_object, kind=MetObject, mass=False), spring=True,
-    **_WITH,
-)  # fmt: skip
-SOFT_MET = Environment(
-    name="hunt_crossley_with_impedance", made=partial(_soft, kind=MetSoftBody), contact_law=False,
-    **_WITH,
-)  # fmt: skip
-HUNT_CROSSLEY = Environment(  # a soft body that stands still, F = K d^n (1 + c d')
-    name="hunt_crossley", made=_soft, linear="wall", sloped=True, contact_law=False
-)
-ACTIVE_WALL = Environment(  # driven along axis 0: it gives out the energy of its drive
-    name="active_wall",
-    made=partial(_wall, driven=True),
-    linear="wall",
-    contact_law=False,
-    drive_hz=lambda p: p.active_wall.frequency_hz if p.active_wall.amplitude_m > 0.0 else 0.0,
-    own_energy=lambda p: "its environment is driven" if p.active_wall.amplitude_m > 0.0 else "",
-)
-
-# Imported only when they are made:
-BODY = Environment(
-    name="body",
-    outside=lambda setup: resolve_name("pmwvc_core.scenes.body:Box")(setup),
-)
-MUJOCO = Environment(
-    name="mujoco",
-    outside=lambda setup: resolve_name("pmwvc_core.scenes.mujoco_scene:MujocoScene")(setup),
-    contact_law=False,
-    own_energy=lambda p: "a scene may fall, or be driven",
-)
-
-LIBRARY: Mapping[str, Environment] = {
-    record.name: record
-    for record in (
-        CUBE,
-        WALL,
-        WALL_WITH_SLOPE,
-        CUBE_MET,
-        WALL_MET,
-        SOFT_MET,
-        HUNT_CROSSLEY,
-        ACTIVE_WALL,
-        BODY,
-        MUJOCO,
-    )
-}
+LIBRARY: Mapping[str, Environment] = {record.name: record for record in _RECORDS}
 PLUGINS = PluginGroup(
     "pmwvc.environments", "server.environment", "an environment", calls=(("step", "meet"),),
     own=tuple(LIBRARY),

@@ -43,7 +43,7 @@ class Mapped:
 
     def __init__(self, device: HapticDevice, setup: DeviceSetup) -> None:
         given, info = setup.device, device.info
-        self._device, self.info = device, replace(info, dof=setup.dof)
+        self.driver, self.info = device, replace(info, dof=setup.dof)
         self.open, self.couple, self.stop = device.open, device.couple, device.stop
         self.close = device.close
         axes, factors = axes_of(info, given)
@@ -61,14 +61,9 @@ class Mapped:
         self.uncoupled = False  # whether the avatar does not follow the hand
         self._sample = DeviceSample(value(self._x), value(self._at), value(self._at))
 
-    @property
-    def ratio(self) -> float:
-        """Velocities over the slope of positions; zero: too little motion, or a simulated one."""
-        return self._device.ratio if isinstance(self._device, Plausible) else 0.0
-
     def read(self, due_ns: int) -> DeviceSample:
         """Return motion and force of the hand as the avatar has them."""
-        there, own, c = self._device.read(due_ns), self._sample, self._c
+        there, own, c = self.driver.read(due_ns), self._sample, self._c
         self._uncoupled = self.pressed or bool(there.buttons & self._button)
         own.valid, own.fresh, own.outside = there.valid, there.fresh, there.outside
         own.work, own.measured_ns = there.work, there.measured_ns
@@ -103,7 +98,7 @@ class Mapped:
         self._c = self._coupling(f)
         self.uncoupled = self._c < 1.0
         self._f = scaled(f, self._c)
-        self._device.write(value(self._f))
+        self.driver.write(value(self._f))
 
     def _coupling(self, f: Vector) -> float:
         """Return c for a tick whose whole force is f: |c f - f before| is at most the slew."""
