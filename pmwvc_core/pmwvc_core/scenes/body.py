@@ -158,10 +158,8 @@ class Box:
         wanted = np.append(np.zeros(6), drive * scale)
         wanted[2] = -self._weight_n
         wanted[:6] += 2.0 / dt * self._masses * self._rates
-        of_box = np.diag(2.0 / dt * self._masses)
-        resists: Array = block_diag(
-            of_box, *(matrices_of(impedance, self._dof) * np.outer(scale, scale))
-        )
+        b = matrices_of(impedance, self._dof) * np.outer(scale, scale)
+        resists: Array = block_diag(np.diag(2.0 / dt * self._masses), *b)
         inertia, shape, along = self._masses[3:], self._shape, resists.diagonal()
 
         def tried(x: Array, bound: Array | None) -> Trial:

@@ -45,7 +45,7 @@ class Grasp(NamedTuple):
     qpos: slice  # of the three slides
     ball: slice  # likewise, its quaternion; empty where it does not turn
     dofs: slice
-    geoms: tuple[int, ...]
+    geoms: list[int]
     home: Array | None  # (3,) [m] of a finger: where it is for a device at zero, from its body
     axes: Array  # (3, 3) of the slides, in columns: those of the impedance
     body: int
@@ -112,7 +112,7 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
         at, start = model.body(body.id), data.xmat[body.id].reshape(3, 3).copy()
         model.jnt_axis[at.jntadr[0] :][:3] = axes.T @ start  # in axes of the body
         first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
-        geoms = tuple(geom.id for geom in body.geoms)
+        geoms = [geom.id for geom in body.geoms]
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
         home = None if server.handles else data.xipos[shown] + out - data.xpos[body.id]
         turn = slice(first + 3, first + (7 if setup.dof == AXES else 3))

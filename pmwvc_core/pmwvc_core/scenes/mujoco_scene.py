@@ -64,7 +64,7 @@ class MujocoScene:
         self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
         self._whose = np.full(len(self._place), -1)  # likewise
         for user, held in enumerate(self.held):
-            self._whose[list(held.geoms)] = user
+            self._whose[held.geoms] = user
         self._there, self._inside = [False] * setup.users, [False] * setup.users
         for user in range(setup.users):
             self.leave(user)
@@ -72,11 +72,9 @@ class MujocoScene:
         self._origin = self.data.xipos[self._shown].copy()
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
         self._turned = self.data.xquat[self._shown, W_LAST].tolist()
-        self._good = self._state()
-        self.poses, self.contacts = (
-            self._poses(),
-            strongest(self.data, self._place),
-        )  # others read these
+        self._good = np.empty(self._mujoco.mj_stateSize(self.model, self._whole))
+        self._require_motion()
+        self.poses, self.contacts = self._poses(), strongest(self.data, self._place)
 
     def _poses(self) -> dict[str, list[float]]:
         """Return where the bodies are that move, ``x y z`` [m] and quaternion ``w x y z``."""
@@ -173,9 +171,8 @@ class MujocoScene:
             self._mujoco.mj_setConst(self.model, self._scratch)
 
     def _touches(self, held: Grasp, on: bool) -> None:
-        for geom in held.geoms:
-            self.model.geom_contype[geom] = self._colliding[0][geom] * on
-            self.model.geom_conaffinity[geom] = self._colliding[1][geom] * on
+        self.model.geom_contype[held.geoms] = self._colliding[0][held.geoms] * on
+        self.model.geom_conaffinity[held.geoms] = self._colliding[1][held.geoms] * on
         self._mujoco.mj_setConst(self.model, self._scratch)  # their body's, too
 
     def _comes_out(self, user: int) -> bool:
@@ -211,14 +208,9 @@ class MujocoScene:
         """Raise where the scene has become unstable, with the state of the last good step back."""
         speeds = np.abs(self.data.qvel)
         if np.isfinite(self.data.qpos).all() and (speeds < LARGEST_M_S).all():
-            self._good = self._state()
+            self._mujoco.mj_getState(self.model, self.data, self._good, self._whole)
             return
         worst = int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))
         name = self.model.body(int(self.model.dof_bodyid[worst])).name
         self._mujoco.mj_setState(self.model, self.data, self._good, self._whole)
         raise RuntimeError(f"the scene became unstable at body {name!r}; a good state is back")
-
-    def _state(self) -> Array:
-        state = np.empty(self._mujoco.mj_stateSize(self.model, self._whole))
-        self._mujoco.mj_getState(self.model, self.data, state, self._whole)
-        return state
