@@ -152,6 +152,7 @@ def test_as_published_a_port_that_is_passive_untreated_injects_joules():
 
 
 @settings(max_examples=25)
+@example(b=5.0, share=0.6, fill=0.875, decoding="secant", memory=0.9, seed=25)  # first it trembled
 @given(
     b=st.floats(5.0, 100.0),
     share=st.sampled_from([0.0, 0.3, 0.6, 1.0]),

@@ -14,12 +14,12 @@ than recent ones::
     s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
     s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
-A step into a one-sided contact that is stiffer than known counts ``LEAP`` times its secant. Up to
-|K^| T = b/2 F' = F-: decoding late is passive there (2B <= 0.35 b). An environment in which a user
-moved without force is taken as one-sided: its force keeps its sign, and where it ended there is a
-face. A force that jumps while hardly anything moved is a fault; with s the longest way in this
-step of any avatar or of the object (fading over 0.5 s), n steps after the last force used,
-accepted is::
+Where all steps in contact were much shorter than dx, K^ was noise: c is not limited. A step into a
+one-sided contact that is stiffer than known counts ``LEAP`` times its secant. Up to |K^| T = b/2
+F' = F-: decoding late is passive there (2B <= 0.35 b). An environment in which a user moved
+without force is taken as one-sided: its force keeps its sign, and where it ended there is a face.
+A force that jumps while hardly anything moved is a fault; with s the longest way in this step of
+any avatar or of the object (fading over 0.5 s), n steps after the last force used, accepted is::
 
     |F - F-| <= 100 (b/T) s + b n ``KICK_M_S``
 
@@ -138,7 +138,8 @@ def learn(s: Secant, position: Vector, force: Vector, good: bool) -> Secant:
             pull = applied(slope, course)
             own, excess = dot(pull, course), dot(minus(pull, secant), course)
             if excess > 0.0 and own > 0.0:
-                part = scaled(pull, min(1.0 - DECAY, excess / own))
+                most = 1.0 if 0.0 < s.longest < SHORT * size else 1.0 - DECAY
+                part = scaled(pull, min(most, excess / own))
                 slope = each(minus, (slope, outer(part, scaled(pull, 1.0 / own))))
     face_at, face_force = s.face_at, s.face_force
     if now:
@@ -220,5 +221,4 @@ def checked(s: Seen, x: Vector, a: Avatar, way_m: float, learns: bool, h: float)
     found = length(minus(f, s.secant.force)) <= most
     good = usable and found
     secant = learn(s.secant, x, f, good)
-    steps = 0 if good else steps
-    return Seen(secant, s.visit, x, s.there, steps, usable, usable and not found)
+    return Seen(secant, s.visit, x, s.there, 0 if good else steps, usable, usable and not found)
