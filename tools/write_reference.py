@@ -51,7 +51,7 @@ NETWORKS_HEAD = """
 ## Networks by name: `link.preset`
 
 A preset sets a whole link: `link: {preset: lte}` in a scenario file, `--set user2.link.down.preset=geo`, or `preset` of
-the emulator node. Other settings beside it take precedence. "Estimate" marks values without a measurement.
+the emulator node, at its start. Other settings beside it take precedence. "Estimate" marks values without a measurement.
 
 | name | conditions | basis |
 |---|---|---|

@@ -20,9 +20,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.arrays import write_table
 from pmwvc_core.errors import PmwvcError, file_errors
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import OF_AVATARS, ServerTraces, SessionTraces, UserTraces
-
-OF_USERS = (*OF_AVATARS, "contact", "state", "energy_u_s", "energy_v_s")  # at the server
+from pmwvc_core.traces import OF_USERS, ServerTraces, SessionTraces, UserTraces
 
 
 class Field(NamedTuple):

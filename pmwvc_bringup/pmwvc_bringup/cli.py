@@ -25,11 +25,6 @@ from pmwvc_bringup.command import Command
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
 
-# The order of the help; commands that are not in it follow by name.
-ORDER = (
-    "run view simulate report export replay compare stability map transparency tune "
-    "node token devices scenarios links doctor"
-).split()
 EXAMPLES = """\
 examples:
   pmwvc doctor                 check whether this machine can run a session
@@ -63,15 +58,14 @@ def _version() -> str:
 
 
 def library() -> list[Command]:
-    """Return every command, in the order of the help."""
+    """Return every command, by name."""
     records = [
         value
         for found in pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
         for value in vars(importlib.import_module(found.name)).values()
         if isinstance(value, Command)
     ]
-    order = {name: number for number, name in enumerate(ORDER)}
-    return sorted(records, key=lambda one: (order.get(one.name, len(order)), one.name))
+    return sorted(records, key=lambda one: one.name)
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -107,13 +107,11 @@ def _clock() -> Outcome:
 
 
 def _real_time() -> Outcome:
-    from pmwvc_core.runtime.pacing import hold_memory, request_real_time
+    from pmwvc_core.runtime.pacing import granted_words, hold_memory, request_real_time
 
-    report = _in_thread(lambda: hold_memory() + request_real_time(20))
+    report = _in_thread(lambda: hold_memory() | request_real_time(20))
     remedy = "set rtprio 20 and memlock unlimited in /etc/security/limits.conf; log in again"
-    return _judged(
-        str(report).removeprefix("real time: "), (bool(report.refused), WARNING, remedy)
-    )
+    return _judged(granted_words(report), (any(report.values()), WARNING, remedy))
 
 
 def _disk() -> Outcome:

@@ -6,13 +6,13 @@ A scenario itself: :mod:`pmwvc_core.scenario`. Works without ROS.
 """
 
 import os
-import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import yaml
 
 from pmwvc_analysis.recording.scenario_file import mapping_in, yaml_text
+from pmwvc_analysis.recording.schemas import shares
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import flat_mapping, hint
 from pmwvc_core.scenario.reader import parse_scenario
@@ -25,11 +25,8 @@ FILE_NAMES = ("operator.file", "trace_file", "server.scene")  # parameters that 
 def folders() -> list[Path]:
     """Return the folders with the project's scenarios: source tree, or installed share."""
     here = Path(__file__).resolve()
-    source = here.parents[1] / "config"
-    prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
-    prefixes += map(str, here.parents)  # installed for one user, or into a folder
-    shares = [Path(prefix, "share", "pmwvc_bringup", "config") for prefix in prefixes if prefix]
-    return [folder for folder in (source, *shares) if folder.is_dir()]
+    installed = [share / "pmwvc_bringup" / "config" for share in shares(here)]
+    return [folder for folder in (here.parents[1] / "config", *installed) if folder.is_dir()]
 
 
 def known() -> dict[str, Path]:

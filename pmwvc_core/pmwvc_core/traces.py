@@ -15,6 +15,7 @@ from pmwvc_core.numeric import AXES, Array, Integers
 
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
 OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
+OF_USERS = (*OF_AVATARS, "contact", "state", "energy_u_s", "energy_v_s")  # likewise
 Looks = Annotated[Integers, "ns", "look at the packets that had come, behind the deadline"]
 
 
@@ -70,12 +71,6 @@ class UserTraces:
         rows = np.searchsorted(self.time_s, times_s - 0.5 * self.tick_s)
         return np.minimum(rows, len(self.time_s) - 1)
 
-    @property
-    def nearest_look_ns(self) -> Integers:
-        """When packets were taken in, as looked_ns, or the wake-up where that is not known."""
-        woken_ns = np.rint(np.maximum(self.lateness_s, 0.0) * 1e9).astype(np.int64)
-        return self.looked_ns if len(self.looked_ns) else woken_ns
-
 
 @dataclass
 class ServerTraces:
@@ -107,11 +102,6 @@ class ServerTraces:
     contained: Integers = _unknown()  # (step,) steps up to it that were replaced
     changes: Integers = _unknown()  # (step,) steps up to it that took changes over
     looked_ns: Looks = _unknown()  # (step,)
-
-    @property
-    def nearest_look_ns(self) -> Integers:
-        """When packets were taken in, as looked_ns, or the deadline where that is not known."""
-        return self.looked_ns if len(self.looked_ns) else np.zeros_like(self.step)
 
     @property
     def replaced(self) -> tuple[float, int]:

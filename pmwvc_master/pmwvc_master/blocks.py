@@ -73,15 +73,14 @@ class FrameBlock:
         return len(self._rows)
 
     def put(
-        self, signals: Row, lateness: float, compute: float, looked_ns: int,
+        self, tick: Tick, signals: Row, compute_ns: int, looked_ns: int,
         packets: Sequence[WavePacket],
     ) -> None:  # fmt: skip
-        """Note one tick: signals, ``lateness`` and ``compute`` [s], when packets were taken in
-        after the deadline [ns], and these packets.
-        """
+        """Note one tick, its signals, computing time, and packets taken in at an instant [ns]."""
         self.taken += [(len(self), each.seq, each.epoch) for each in packets if not each.refusal]
         self._rows.append(signals)
-        self._times.append((lateness, compute, min(looked_ns, UINT32)))
+        after_ns = min(looked_ns - tick.due_ns, UINT32)
+        self._times.append((tick.lateness_ns * 1e-9, compute_ns * 1e-9, after_ns))
 
     def series(self) -> Mapping[str, "array[float]"]:
         """Return what was noted by field name, row-major."""
@@ -127,8 +126,7 @@ class TraceBlocks:
         if not len(block):
             block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
             block.changes = changes
-        late_s, took_s = tick.lateness_ns * 1e-9, compute_ns * 1e-9
-        block.put(row, late_s, took_s, looked_ns - tick.due_ns, packets)
+        block.put(tick, row, compute_ns, looked_ns, packets)
 
     def close(self, report: FrameReport | None) -> None:
         """Set the block aside for publishing; go on with another one."""

@@ -80,7 +80,7 @@ class MasterLoop(Paced):
         if self._trace.reaches(TRACE_TICK, last=last):
             self._trace.publish()
         compute_ns, changes = self._clock() - tick.woke_ns, protocol.changes
-        self.health.add(tick.lateness_ns, compute_ns)
+        self.took_ns.extend((tick.lateness_ns, compute_ns))
         self._trace.put(
             tick, row, compute_ns, looked_ns=looked_ns, packets=packets, changes=changes
         )

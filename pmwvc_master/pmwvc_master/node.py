@@ -31,7 +31,6 @@ from pmwvc_core.runtime.topics import RECORDED_QOS, WaveTopics
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.transport.packet import Admission
 from pmwvc_core.transport.receiver import diagnostics
-from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_master.blocks import FrameBlock
 from pmwvc_master.devices import limits_of, warnings_of_device
 from pmwvc_master.devices.mapped import make_device
@@ -63,10 +62,6 @@ class Master:
         self._use_profile()
         self.device.open()
         master = settings.master
-        if has_waves(settings.controller):
-            rate_drop = master.rate_drop
-            for text in warnings_of(master.filter, tick_s=master.tick_s, rate_drop=rate_drop):
-                node.get_logger().warning(text)
         rates = f"{1.0 / master.tick_s:.0f} force ticks and {1.0 / master.frame_s:.0f} packets"
         device = f"device {settings.device.plugin}"
         node.get_logger().info(f"{rates} per second; {device}; waiting for the server")

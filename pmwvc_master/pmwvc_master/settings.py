@@ -18,7 +18,7 @@ from pmwvc_core.runtime.parameter_values import SHARED_AT_MASTER, USER_AT_MASTER
 from pmwvc_core.runtime.parameters import ParameterBinding, declare_top, declare_value
 from pmwvc_core.runtime.token_files import TOKEN_FILE, TOKEN_SPEC, token_of_node
 from pmwvc_core.scenario.names import NEEDS_STRICT
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import Token
 from pmwvc_master.devices import DeviceInfo, DeviceSetup, limits_of
 
@@ -32,7 +32,6 @@ class MasterSettings(User):
     controller: str
     channel: str
     dof: int
-    seed: int
     server: ServerParams  # of it what a master needs
     task: TaskParams
     token: Token | None
@@ -58,7 +57,7 @@ class MasterSettings(User):
         half = self.server.object_size_m / 2
         return DeviceSetup(
             dof=self.dof, tick_s=self.master.tick_s, side=self.side, half_width_m=half,
-            start_m=self.side * (half + self.contact.gap_m), seed=self.seed,
+            start_m=self.side * (half + self.contact.gap_m),
             device=self.given_device, operator=self.operator, task=self.task, node=node,
             lever_m=self.server.lever_m, max_slew_n_s=self.given_safety.max_slew,
         )  # fmt: skip
@@ -78,11 +77,10 @@ def declare_settings(
         settings.check(new)
 
     binding = ParameterBinding(node)
-    name, seed = node.get_namespace().rpartition("/")[2], specs(Scenario)["seed"]
+    name = node.get_namespace().rpartition("/")[2]
     settings = MasterSettings(
         name=name,
         **declare_top(node),
-        seed=declare_value(node, "seed", seed, seed.default),
         side=declare_value(node, "side", specs(User)["side"], -1),
         **binding.declare_shares(SHARED_AT_MASTER),
         **binding.declare_shares(
@@ -92,7 +90,5 @@ def declare_settings(
         ),
         token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=name),
     )
-    if settings.side == 0:
-        raise ParameterError("side = 0: must be -1 or 1")
     settings.check(settings.master)
     return settings

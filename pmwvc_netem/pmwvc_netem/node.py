@@ -25,21 +25,25 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.pacing import RealTimeReport, hold_memory, request_real_time, sleep_until
+from pmwvc_core.runtime.pacing import (
+    granted_words,
+    hold_memory,
+    request_real_time,
+    sleep_until,
+)
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
-from pmwvc_core.runtime.watch import PATIENCE_S, nothing_on, publishers_of
 from pmwvc_msgs.msg import Wave
 from pmwvc_netem.relayed_link import RelayedLink
-from pmwvc_netem.settings import LinkSetup, Settings
+from pmwvc_netem.settings import LinkSetup, declare_settings
 
 DEPTH = 100  # a burst while the relay sleeps must not be lost by the relay
 LATE_NS = 2_000_000  # a release this late is worth a warning
 FINE_NS = 150_000  # the last bit before a deadline is slept on the clock
 LONGEST_WAIT_NS = 50_000_000  # a stop is seen this late
 PRIORITY = 20
-FATES_NS = 100_000_000
-BLOCK = 64  # fates; a link with as many is not kept waiting for the time
+FATES_NS = 100_000_000  # between two reports of fates
+BLOCK = 64  # of them in a message
 
 
 class Netem:
@@ -49,24 +53,19 @@ class Netem:
         self._node = node
         self._changes: deque[tuple[str, LinkParams]] = deque()
         self._guard = node.create_guard_condition(lambda: None)
-        settings = Settings(node, self._change)
+        setups = declare_settings(node, self._change)
         self._changes.clear()  # the links begin with them
-        made = [_relayed(node, setup) for setup in settings.setups]
+        made = [_relayed(node, setup) for setup in setups]
         self._links, inlets = [relayed for relayed, _ in made], [inlet for _, inlet in made]
-        self._topics = [inlet.subscription.topic_name for inlet in inlets]
         self._handles = [inlet.subscription.handle for inlet in inlets]
         self._wait_set = rclpy_implementation.WaitSet(
             len(self._handles), 1, 0, 0, 0, 0, node.context.handle
         )
         self._types = messages.live_types()
         self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", RECORDED_QOS)
-        self._fates_due_ns = 0
-        self._publishers = publishers_of(node)
         self._faults: dict[str, int] = {}  # of plug-ins, reported already
-        self._running_s: float | None = None  # since when
-        self._real_time = RealTimeReport()
         publish_health(node, self._health)
-        self._memory = hold_memory()
+        self._real_time = hold_memory()
 
     def _change(self, name: str, params: LinkParams) -> None:
         """Have a link's settings changed by the thread that owns it."""
@@ -77,8 +76,7 @@ class Netem:
         """Relay until ``stop`` is set."""
         names = ", ".join(relayed.name for relayed in self._links)
         self._node.get_logger().info(f"relaying {len(self._links)} links: {names}")
-        self._real_time = self._memory + request_real_time(PRIORITY)
-        self._running_s = time.monotonic()
+        self._real_time |= request_real_time(PRIORITY)
         by_name = {relayed.name: relayed.link for relayed in self._links}
         with ExitStack() as held:
             for handle in (*self._handles, self._guard.handle):
@@ -97,7 +95,9 @@ class Netem:
                     relayed.let_out()
                 now_ns = time.monotonic_ns()
                 if now_ns >= report_ns:
-                    report_ns = self._report(now_ns)
+                    report_ns = now_ns + FATES_NS
+                    for relayed in self._links:
+                        self._publish_fates(relayed)
                 self._sleep(report_ns)
 
     def close(self) -> None:
@@ -120,16 +120,6 @@ class Netem:
             self._wait_set.wait(coarse_ns - now_ns)
         elif due_ns - now_ns <= FINE_NS:
             sleep_until(due_ns)
-
-    def _report(self, now_ns: int) -> int:
-        """Publish what is due; return when to be called again [ns]."""
-        everything = now_ns >= self._fates_due_ns
-        for relayed in self._links:
-            if everything or len(relayed.fates) >= BLOCK:
-                self._publish_fates(relayed)
-        if everything:
-            self._fates_due_ns = now_ns + FATES_NS
-        return min(self._fates_due_ns, now_ns + FATES_NS // 10)
 
     def _publish_fates(self, relayed: RelayedLink) -> None:
         while len(relayed.fates):
@@ -154,23 +144,12 @@ class Netem:
                 self._faults[relayed.name] = faults
                 failed.append(f"{relayed.name}: {relayed.link.failed}")
                 self._node.get_logger().warning(failed[-1])
-        values["real time"] = str(self._real_time)
-        wrong = [*self._never_met(), *failed]
+        values["real time"] = granted_words(self._real_time)
         if late_ns > LATE_NS:
-            wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
-        if wrong:
-            return WARN, "; ".join(wrong), values
+            failed.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
+        if failed:
+            return WARN, "; ".join(failed), values
         return OK, f"relaying {len(self._links)} links", values
-
-    def _never_met(self) -> list[str]:
-        """Return the links into which nothing has come though the relay has run for a while."""
-        if self._running_s is None or time.monotonic() - self._running_s < PATIENCE_S:
-            return []
-        return [
-            nothing_on(topic, sorted(self._publishers(topic)))
-            for topic, relayed in zip(self._topics, self._links, strict=True)
-            if not relayed.link.counters.in_count
-        ]
 
 
 def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:

@@ -10,12 +10,11 @@ and observers are arguments.
 
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from pmwvc_core.ends.server_end import ServerEnd
-from pmwvc_core.frame import LIVE, Presence, ServerRow
+from pmwvc_core.frame import LIVE, ServerRow
 from pmwvc_core.law.user_tick import next_on_grid
 from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.pacing import Paced, Pacer, Tick
@@ -38,8 +37,7 @@ class MadeStep(NamedTuple):
 class ServerLoop(Paced):
     """The environment for all users, in time; ``links``: the packets of each.
 
-    ``clock`` is the monotonic clock [ns]. ``changes`` are users whose presence changed, with the
-    new one; another thread takes them out.
+    ``clock`` is the monotonic clock [ns].
     """
 
     def __init__(
@@ -50,8 +48,6 @@ class ServerLoop(Paced):
         self.protocol, self._links, self._clock = protocol, links, clock
         super().__init__()
         self._publish_trace, self._due_ns = publish_trace, 0  # due: the present step
-        self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)
-        self._before = tuple(protocol.presence)
 
     def run(self, stop: threading.Event) -> None:
         """Step in this thread until ``stop`` is set."""
@@ -83,10 +79,6 @@ class ServerLoop(Paced):
         for link, answer in zip(self._links, answers, strict=True):
             if answer is not None:
                 link.send(answer)
-        if row.state != self._before:
-            pairs = enumerate(zip(self._before, row.state, strict=True))
-            self.changes.extend((user, new) for user, (old, new) in pairs if new is not old)
-            self._before = row.state
         compute_ns = self._clock() - tick.woke_ns
-        self.health.add(tick.lateness_ns, compute_ns)
+        self.took_ns.extend((tick.lateness_ns, compute_ns))
         self._publish_trace(self, MadeStep(row, tick, looked_ns, packets, compute_ns * 1e-9))

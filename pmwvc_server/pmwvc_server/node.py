@@ -14,13 +14,10 @@ import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 
-import numpy as np
 from rclpy.node import Node
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from pmwvc_core.controllers.library import has_waves
-from pmwvc_core.ends.server_end import kept_words
 from pmwvc_core.frame import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.runtime.pacing import hold_memory
@@ -28,7 +25,6 @@ from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.topics import LATCHED_QOS
 from pmwvc_core.runtime.watch import Watch
 from pmwvc_core.server.black_box import description_of
-from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.transport.receiver import diagnostics
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_core.words import count
@@ -67,7 +63,7 @@ class ServerNode:
             for name, inbox in zip(self.names, self.loop.protocol.inboxes, strict=True)
         }
         self._watch = Watch(node, self.loop, links=links, reception="~/reception", epoch=epoch)
-        self._contained = 0
+        self._contained, self._present = 0, self.loop.protocol.presence
         node.create_timer(1.0 / MARKER_HZ, self._show)
         publish_health(node, self._health)
         self.loop.memory = hold_memory()
@@ -109,26 +105,23 @@ class ServerNode:
             self._markers.publish(markers(self.loop, self.names, size_m=size_m, stamp=stamp))
 
     def _log_changes(self) -> None:
-        while self.loop.changes:
-            user, presence = self.loop.changes.popleft()
-            self.node.get_logger().info(f"{self.names[user]} {NEWS[presence]}")
+        before, self._present = self._present, self.loop.protocol.presence
+        for name, old, new in zip(self.names, before, self._present, strict=True):
+            if new is not old:
+                self.node.get_logger().info(f"{name} {NEWS[new]}")
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return level, text and values of the diagnostics, once a second."""
         loop = self.loop
         values, missed = self._watch.look()
         values["steps"] = loop.protocol.steps
-        silent, apart = [], []
+        silent = []
         for user, name in enumerate(self.names):
             presence = loop.protocol.presence[user]
             silent += [name] if presence is Presence.DAMPING else []
             seen = diagnostics(loop.protocol.inboxes[user], out="down", into="up")
             values[f"{name}: state"] = presence.name.lower()
             values |= {f"{name}: {key}": value for key, value in seen.items()}
-            if (learned := loop.protocol.learned(user)) is not None:
-                values[f"{name}: (K T + 2B)/b learned"] = f"{float(np.max(learned)):.3g}"
-            values[f"{name}: kept apart"] = (kept := self._kept_apart(user)) or "no"
-            apart += [f"{name}: {kept}"] if kept else []
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
         texts = [f"{there} of {len(self.names)} users"]
         texts += [f"{', '.join(silent)} silent"] if silent else []
@@ -137,17 +130,8 @@ class ServerNode:
         wrong, peers = self._watch.peers.look()
         values |= peers
         wrong += [contained] if contained else []
-        text = "; ".join([*texts, *apart, *wrong])
+        text = "; ".join([*texts, *wrong])
         return (WARN if missed or silent or wrong else OK), text, values
-
-    def _kept_apart(self, user: int) -> str:
-        """Return in words how far a user's avatar is from its device since joining, and why."""
-        protocol = self.loop.protocol
-        if protocol.presence[user] is Presence.ABSENT:
-            return ""
-        black_box = COUPLINGS.of(protocol.params.coupling).black_box
-        waves, apart_m = has_waves(self.settings.controller), np.linalg.norm(protocol.offset(user))
-        return kept_words(float(apart_m), waves=waves, black_box=black_box)
 
     def _contain(self, values: dict[str, object]) -> str:
         """Return and log what failed in environment or coupling since the last call, if any."""

@@ -137,8 +137,6 @@ def declare_settings(
         token=token_of_node(declare_value(node, TOKEN_FILE, TOKEN_SPEC, ""), user=""),
     )
     for user in settings.users:
-        if user.side == 0:
-            raise ParameterError(f"{user.name}.side = 0: must be -1 or 1")
         settings.check(f"{user.name}.master", user.master)
         settings.check(f"{user.name}.server", user.contact)
     return settings

@@ -8,7 +8,6 @@ asked to stop or the session is over, and says ``page ADDRESS`` on standard outp
 
 import sys
 import threading
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,7 +18,7 @@ from pmwvc_core.params import Validated
 from pmwvc_core.params.fields import group, parameter
 from pmwvc_core.runtime.pacing import request_priority
 from pmwvc_core.runtime.parameters import declare
-from pmwvc_core.runtime.process import OK, publish_health, run_node
+from pmwvc_core.runtime.process import run_node
 from pmwvc_view.live.graph import AboutSession, find
 from pmwvc_view.live.session import LiveSession
 from pmwvc_view.web.access import is_loopback, new_token, why_refused
@@ -45,8 +44,6 @@ class View:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._params = declare(node, "", ViewParams)
-        self._server: PageServer | None = None
-        publish_health(node, self._health)
 
     def run(self, stop: threading.Event) -> None:
         """Find the session, and serve its page."""
@@ -57,7 +54,7 @@ class View:
             return
         session = LiveSession(self._node, graph, params.session)
         host, port = params.host, params.port
-        self._server = server = PageServer(session, host=host, port=port, token=new_token())
+        server = PageServer(session, host=host, port=port, token=new_token())
         if not is_loopback(host):
             text = f"host = {host}: whoever has the address with its token can take part"
             self._node.get_logger().warning(text)
@@ -67,12 +64,6 @@ class View:
 
     def close(self) -> None:
         """Nothing is left to let go of."""
-
-    def _health(self) -> tuple[int, str, Mapping[str, object]]:
-        """Return what people should know, once a second."""
-        if self._server is None:
-            return OK, "waiting for a session", {}
-        return OK, "serving", {"pages": self._server.pages, "port": self._server.port}
 
 
 main = partial(run_node, "view", View)

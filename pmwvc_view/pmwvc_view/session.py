@@ -102,6 +102,11 @@ class Session(ABC):
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         """Change a parameter, to what is wanted then; return why not, or ""."""
 
+    def _name_network(self, control: Control, value: Setting) -> None:
+        """Note the network's name, which a change of a single setting of it takes away."""
+        if control.path.startswith("link."):
+            self.preset = str(value) if control.path == controls.PRESET else None
+
     async def ask(self, values: Settings) -> dict[str, Any] | None:
         """Return the exact model's prediction as its message; None where a newer question came."""
         return await self._predictor.ask(self.wanted, values)

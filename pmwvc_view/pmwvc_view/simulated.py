@@ -26,8 +26,6 @@ from pmwvc_view.feed.feed import Feed
 from pmwvc_view.protocol.snapshot import Snapshot
 from pmwvc_view.session import Handled, Session, ramped
 
-LONGEST_S = 86400.0
-
 
 class Simulation(SteppedSession):
     """The ends of a scenario, stepped tick by tick for a day at most; ``targets`` are those of the
@@ -35,7 +33,7 @@ class Simulation(SteppedSession):
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        super().__init__(replace(scenario, duration_s=LONGEST_S))
+        super().__init__(replace(scenario, duration_s=86400.0))
         self.tick = self._stepped = 0
         self.scene = description_of(self.server.s.environment.body)
         self.targets: dict[str, list[Target]] = {}
@@ -119,8 +117,7 @@ class SimulatedSession(Session):
 
     async def _change(self, control: Control, wanted: Scenario, value: Setting) -> str:
         self.wanted = wanted
-        if control.path.startswith("link."):
-            self.preset = str(value) if control.path == controls.PRESET else None
+        self._name_network(control, value)
         return ""
 
     async def pause(self, paused: bool) -> Handled:

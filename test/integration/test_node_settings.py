@@ -34,7 +34,7 @@ WRONG = {
             r"share = 0.99: no high-pass filter of order 2",
         ),
         ({"device.mas": 1.0}, r"device.mas: there is no such parameter; did you mean device.mass"),
-        ({"side": 0}, r"side = 0: must be -1 or 1"),
+        ({"side": 0}, r"side = 0: must be one of -1, 1"),
         ({"dof": 9}, r"dof = 9: must be 1..6"),
         ({"operator.kind": "playback_force", "operator.file": "/nowhere.csv"}, r"/nowhere.csv"),
     ],
@@ -167,7 +167,7 @@ def test_at_the_server_a_user_has_what_all_have_until_set_otherwise():
 @pytest.mark.parametrize(
     ("values", "text"),
     [
-        ({"user1.side": 0}, r"user1.side = 0: must be -1 or 1"),
+        ({"user1.side": 0}, r"user1.side = 0: must be one of -1, 1"),
         ({"user2.server.contact_damping": -1.0}, r"user2.server.contact_damping = -1.0"),
         ({"user2.master.rate_drop": 0}, r"user2.master.rate_drop = 0"),
     ],

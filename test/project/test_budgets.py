@@ -53,7 +53,7 @@ ROOMS = {
         2_197, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_752,
+        4_713,
         4_700,
         (
             *inside(
@@ -62,7 +62,7 @@ ROOMS = {
             "pmwvc_core/*.py",
         ),
     ),
-    "border to ROS": Room(1_612, 1_500, inside("pmwvc_core", "runtime")),
+    "border to ROS": Room(1_574, 1_500, inside("pmwvc_core", "runtime")),
     "exact model": Room(
         3_398,
         3_500,
@@ -78,14 +78,14 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_074,
+        3_064,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),
     "figures and reports": Room(
-        1_766, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
+        1_747, 2_400, inside("pmwvc_analysis", "charts", "compare", "figures", "report")
     ),
-    "command line": Room(2_889, 3_200, ("pmwvc_bringup",)),
+    "command line": Room(2_841, 3_200, ("pmwvc_bringup",)),
     "devices of vendors": Room(
         1_245,
         1_250,
@@ -103,8 +103,8 @@ ROOMS = {
             "devices/turn.py",
         ),
     ),
-    "nodes": Room(1_991, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
-    "page": Room(2_866, 3_000, ("pmwvc_view",)),
+    "nodes": Room(1_905, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "page": Room(2_853, 3_000, ("pmwvc_view",)),
 }
 
 

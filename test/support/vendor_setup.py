@@ -16,7 +16,6 @@ def vendor_setup(plugin, dof=1, *, node=None, **device):
         half_width_m=0.03,
         start_m=-0.03,
         lever_m=0.05,
-        seed=1,
         device=DeviceParams(plugin=plugin, **device),
         operator=OperatorParams(),
         task=TaskParams(),

@@ -39,7 +39,6 @@ def setup(**changes):
         "half_width_m": 0.03,
         "start_m": -0.03,
         "lever_m": 0.05,
-        "seed": 1,
         "device": DeviceParams(),
         "operator": OperatorParams(kind="constant", force=1.0),
         "task": TaskParams(),

@@ -70,7 +70,6 @@ def test_nodes_are_killed_stopped_continued_and_started_when_it_is_time(tmp_path
         assert children.children["server"].running and children.children["server"] is not server
         parameters = (tmp_path / "server_again1.yaml").read_text()
         assert "paused: false" in parameters and "joins: true" in parameters
-        assert disturber.again == ["/server"]
         whos = ["server", "user1 master", "user1 master", "server"]
         assert [who for who, _, _ in events] == whos
         assert {kind for _, kind, _ in events} == {"disturbance"}

@@ -131,7 +131,7 @@ def test_an_answer_counts_from_the_fourth_tick_of_its_frame_or_of_the_next(came,
 def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monkeypatch):
     rig = Rig()
     rig.device.error = DeviceError("unplugged")
-    monkeypatch.setattr(pacing, "request_real_time", lambda _: pacing.RealTimeReport())
+    monkeypatch.setattr(pacing, "request_real_time", lambda _: pacing.Granted())
     with pytest.raises(DeviceError, match="unplugged"):
         rig.loop.run(threading.Event())
     assert rig.device.stops == 1

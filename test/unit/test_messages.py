@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pmwvc_core.network.in_flight import COLUMNS
 from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.topics import packet_of, wave_bytes
 from pmwvc_core.transport.packet import FLAG_LEAVING, Receipt, WavePacket, refused, size_bytes
 from pmwvc_master.blocks import FrameBlock
@@ -51,7 +52,7 @@ def a_block(ticks=8, dof=1, *, filled=None):
         values = [100.0 * field + 10.0 * k for field in range(8)]
         axes = values if dof == 1 else [value + np.arange(dof) for value in values]
         packets = [a_packet(), refused(Receipt.CORRUPTED)] if k == 1 else []
-        block.put(axes, 0.001 * k, 0.002 * k, looked_ns=1000 * k, packets=packets)
+        block.put(Tick(k, 0, 0, 1_000_000 * k, 0), axes, 2_000_000 * k, 1000 * k, packets)
     return block
 
 

@@ -50,7 +50,8 @@ def step(at_ms, users=USERS, *, number=None, came_j=0.0, avatar_m=None):
         step=np.array([1 + at_ms // 8 if number is None else number]), x_o=one, xd_o=one,
         target=one, contact=[np.ones(1, dtype=bool)] * len(users),
         state=[np.full(1, 2)] * len(users), energy_u_s=[np.full(1, came_j)] * len(users),
-        energy_v_s=each, kinetic=np.zeros(1), potential=np.zeros(1), dissipated=np.zeros(1), **own,
+        energy_v_s=each, kinetic=np.zeros(1), potential=np.zeros(1), dissipated=np.zeros(1),
+        looked_ns=np.zeros(1, dtype=np.int64), **own,
     )  # fmt: skip
 
 

@@ -74,6 +74,8 @@ def right(name):
         return [TEXTS[name]] if name in TEXTS else [*spec.choices] or ["text"]
     if spec.kind is bool:
         return [False, True]
+    if spec.choices:
+        return [*spec.choices]
     least = spec.low if spec.above is None else spec.above + 1e-3
     most = spec.high if spec.below is None else spec.below - 1e-3
     ends = [spec.kind(0.5 if end is None else end) for end in (least, most)]

@@ -105,20 +105,6 @@ def test_a_wrong_value_is_answered_once_by_the_name_that_was_given(name):
     assert problems(BASE, overrides={name: 100.0}) == [f"{name} = 100.0: must be 0..60 s"]
 
 
-def test_a_recording_of_before_may_name_what_its_links_no_longer_do():
-    given = {"name": "old", "duration_s": 1, "controller": "pmwvc", "users": 2}
-    parse_scenario(given | {"user1.link.up.mode": "exact", "link": {"down": {"mode": "exact"}}})
-    parse_scenario(given | {"link.up.markov_p31": 1.0, "user1.link.down.rate_cell_bytes": 0})
-    parse_scenario(given | {"user2.master.filter.discretisation": "bilinear"})
-    with pytest.raises(ScenarioError, match=r"markov_p13 = 0\.1"):
-        parse_scenario(given | {"link.up.markov_p13": 0.1})
-    with pytest.raises(ScenarioError, match=r"link.up.mode = 'netem'"):
-        parse_scenario(given | {"user1.link.up.mode": "netem"})
-    for name, of_another in (("link.mode", 0), ("link.slot_bytes", "exact")):
-        with pytest.raises(ScenarioError, match=f"{name} = {of_another!r}"):
-            parse_scenario(given | {name: of_another})
-
-
 def test_every_parameter_of_a_group_has_one_home():
     shared, own = (
         [name for prefix, (_, kind) in prefixed(owner).items() for name in leaves(prefix, kind)]

@@ -28,7 +28,8 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     if not balances:
         return None
     ways = [balance.balance_j for entry in balances for _, balance, _ in _ways(entry)]
-    unit, scale = unit_of(np.concatenate(ways))
+    largest_j = np.nanmax(np.abs(np.concatenate(ways)), initial=0.0)
+    unit, scale = ("J", 1.0) if largest_j >= 1.0 else ("mJ", 1e3)
     panels = []
     for entry in balances:
         tint = recorded.tint(traces, entry.name)
@@ -51,11 +52,6 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         "or above zero; where it does not, the time is shaded.",
         panels,
     )
-
-
-def unit_of(values: Array) -> tuple[str, float]:
-    """Return the unit in which values are read best, and its factor."""
-    return ("J", 1.0) if np.nanmax(np.abs(values), initial=0.0) >= 1.0 else ("mJ", 1e3)
 
 
 def _ways(entry: UserEnergy) -> list[tuple[str, Balance, tuple[float, ...]]]:

@@ -16,7 +16,7 @@ from pmwvc_analysis.charts.chart import Chart, Curve, Level, Panel
 from pmwvc_analysis.figures.recorded import conditions, title
 from pmwvc_analysis.maps.maps import Grid, growth_per_s
 from pmwvc_analysis.transparency.transparency import Transparency
-from pmwvc_core.numeric import Array, Complex
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -35,7 +35,9 @@ def transparency(found: Transparency, scenario: Scenario, *, live: bool) -> Char
         ("ideal: direct, no delay", found.ideal_admittance, "object", DOTTED),
     )
     size = [Curve(label, hertz, np.abs(x), tint, dash) for label, x, tint, dash in curves]
-    phase = [Curve(label, hertz, _degrees(x), tint, dash) for label, x, tint, dash in curves]
+    degrees = [np.degrees(np.unwrap(np.angle(x))) for _, x, _, _ in curves]
+    pairs = zip(curves, degrees, strict=True)
+    phase = [Curve(label, hertz, y, tint, dash) for (label, _, tint, dash), y in pairs]
     highest = float(np.nanmax(np.concatenate([each.y for each in size])))
     y_range = (BELOW * float(size[0].y.min()), 1.4 * highest)
     rendered = found.rendered
@@ -62,13 +64,6 @@ def transparency(found: Transparency, scenario: Scenario, *, live: bool) -> Char
     )
 
 
-def _degrees(values: Complex) -> Array:
-    """Return the phase, continued over half turns [degrees]; NaN where there are no values."""
-    if not np.isfinite(values).all():
-        return np.full(len(values), np.nan)
-    return np.asarray(np.degrees(np.unwrap(np.angle(values))), dtype=float)
-
-
 def stability_map(folder: Path, grid: Grid, radius: Array) -> list[Path]:
     """Write a map as PNG and SVG; return the files."""
     import matplotlib
@@ -87,8 +82,8 @@ def _figure(grid: Grid, radius: Array) -> Any:
     )
     x, y = np.array(grid.x.values), np.array(grid.y.values)
     spread: Any = {"vmin": -SPREAD_PER_S, "vmax": SPREAD_PER_S}
-    cells = _edges(x), _edges(y), growth_per_s(grid, radius)
-    mesh = axes.pcolormesh(*cells, cmap=_colours(), rasterized=True, **spread)
+    cells = x, y, growth_per_s(grid, radius)
+    mesh = axes.pcolormesh(*cells, shading="nearest", cmap=_colours(), rasterized=True, **spread)
     figure.colorbar(mesh, ax=axes, extend="both", label="growth rate [1/s] (stable: up to 0)")
     # Between few rows (delays in whole frames) a line would show what is not there.
     if min(radius.shape) >= SMOOTH and radius.min() <= 1.0 < radius.max():
@@ -114,13 +109,3 @@ def label_of(name: str) -> str:
     """Return a parameter's name with its unit."""
     unit = spec_of(name).unit
     return f"{name} [{unit}]" if unit and unit != "-" else name
-
-
-def _edges(values: Array) -> Array:
-    """Return the borders of cells around grid points."""
-    if len(values) == 1:
-        half = 0.05 * abs(values[0]) or 0.5
-        return np.array([values[0] - half, values[0] + half])
-    middles = 0.5 * (values[1:] + values[:-1])
-    first, last = 2.0 * values[0] - middles[0], 2.0 * values[-1] - middles[-1]
-    return np.concatenate([[first], middles, [last]])

@@ -29,7 +29,7 @@ from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import OF_OBJECT, MessageTypes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import (
-    OF_AVATARS,
+    OF_USERS,
     PacketTraces,
     ServerTraces,
     SessionTraces,
@@ -38,7 +38,6 @@ from pmwvc_core.traces import (
 )
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
-OF_USERS = (*OF_AVATARS, "state", "contact", "energy_u_s", "energy_v_s")
 KEPT = ("environment", "coupling", "links", "replay")  # faults, and what a replay changed
 OF_STEP = (*OF_OBJECT, "kinetic", "potential", "dissipated")
 
@@ -102,9 +101,6 @@ def _all(
 
 def _epoch(traces: SessionTraces, name: str) -> int:
     """Return the epoch of a user's packets, as its trace carries it, too."""
-    packets = traces.packets.get(f"/{name}/wave_up")
-    if packets is not None and len(packets.epoch):
-        return int(packets.epoch[0])
     return 1 + [user.name for user in traces.users].index(name)
 
 
@@ -119,7 +115,7 @@ def _master_blocks(
     edges = [0, *user.block_ends.tolist()]
     signals = {name: getattr(user, trace) for name, trace in TRACES.items()}
     signals |= {"lateness": user.lateness_s, "compute": user.compute_s}
-    signals |= {"looked": user.nearest_look_ns}
+    signals |= {"looked": user.looked_ns}
     known = bool(np.isfinite(user.f_h).all())
     for block, (first, after) in enumerate(itertools.pairwise(edges)):
         at_ns, last = _ns(user.time_s[first]), block == len(edges) - 2
@@ -158,7 +154,7 @@ def _server_steps(
                 for user, each in enumerate(received)
                 for packet in _taken(each, row, row + 1)
             ],
-            looked=int(server.nearest_look_ns[row]),
+            looked=int(server.looked_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,
             contained=int(server.contained[row]) if len(server.contained) else 0,
             accounts={name: sums[row] for name, sums in server.accounts.items()},

@@ -67,11 +67,9 @@ def owner_of(names: Iterable[str]) -> str | None:
 
 def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Array, Array]:
     """Return the times of the ticks or steps that took changes over, due and as they ran [s]."""
-    if not len(trace.changes):
-        return NEVER
     rows = rows[np.diff(trace.changes, prepend=0) > 0]
     due_s = trace.time_s[rows]
-    return due_s, due_s + trace.nearest_look_ns[rows] * 1e-9
+    return due_s, due_s + trace.looked_ns[rows] * 1e-9
 
 
 def parameter_change(data: bytes) -> ParameterChange | None:

@@ -35,13 +35,17 @@ OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, PACKET_FATE, RECEPTION)
 _SEPARATOR = "=" * 80
 
 
+def shares(here: Path) -> list[Path]:
+    """Return the share folders of workspaces, of this environment, and of where a file is."""
+    prefixes = [each for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
+    return [Path(each, "share") for each in (*prefixes, sys.prefix, *map(str, here.parents))]
+
+
 def _own_text(type_name: str) -> str:
     """Return the ``.msg`` text of one of our types from the source tree, else a share folder."""
     here = Path(__file__).resolve()
-    prefixes = [each for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
     package, name = type_name.split("/msg/")
-    shares = [Path(each, "share") for each in (*prefixes, sys.prefix, *map(str, here.parents))]
-    for folder in (here.parents[3], *shares):
+    for folder in (here.parents[3], *shares(here)):
         if (path := folder / package / "msg" / f"{name}.msg").is_file():
             return path.read_text(encoding="utf-8")
     why = "neither a source tree nor a share folder of a built workspace holds it"

@@ -165,10 +165,8 @@ def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: in
         other = "--hand operator takes the hand of the scenario"
         raise RecordingError(f"{user.name}: no force of the hand was recorded; {other}")
     at, force = tick_numbers(user.time_s, tick_s), np.nan_to_num(user.f_h)
-    rows = np.stack([np.interp(np.arange(len(ran_ns)), at, axis) for axis in force.T], axis=-1)
-    recorded = at < len(ran_ns)
-    rows[at[recorded]] = force[recorded]
-    rows = rows[_passing(ran_ns, tick_s)]
+    every = np.flatnonzero(_passing(ran_ns, tick_s))
+    rows = np.stack([np.interp(every, at, axis) for axis in force.T], axis=-1)
     return RecordedForce(0), recorded_params(rows, dof, repeat=False, early=True)
 
 

@@ -11,7 +11,7 @@ has a hole, a packet has its delay in the emulator; live, it takes a little long
 """
 
 import math
-from collections import Counter, defaultdict, deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -59,7 +59,7 @@ def times_of(rows: UserTraces | ServerTraces, tick_s: float) -> LoopTimes:
     at = tick_numbers(rows.time_s, tick_s)
     gaps = of_user(rows) if isinstance(rows, UserTraces) else of_server(rows)
     gaps_ns = [(round(gap.start_s * 1e9), round(gap.end_s * 1e9)) for gap in gaps]
-    return LoopTimes(at, at * round(tick_s * 1e9) + rows.nearest_look_ns, gaps_ns)
+    return LoopTimes(at, at * round(tick_s * 1e9) + rows.looked_ns, gaps_ns)
 
 
 def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:
@@ -189,12 +189,8 @@ def _instants(taken: TakenTraces, loop: LoopTimes) -> dict[tuple[int, int], dequ
 
 def _own_sender(traces: SessionTraces, name: str) -> int:
     """Return the first start of a link's sender: the lowest bits of its epoch."""
-    for known in (traces.packets.get(source_of(name)), traces.fates.get(name)):
-        if known is not None and len(known.epoch):
-            return int(known.epoch[0]) & LOW
-    taken = traces.taken.get(name)
-    epochs = Counter(() if taken is None else taken.epoch.tolist())
-    return epochs.most_common(1)[0][0] if epochs else 0
+    seen = traces.packets.get(source_of(name)), traces.fates.get(name), traces.taken.get(name)
+    return next((int(e.epoch[0]) & LOW for e in seen if e is not None and len(e.epoch)), 0)
 
 
 def _numbers(fates: FateTraces, rows: Integers) -> Integers:

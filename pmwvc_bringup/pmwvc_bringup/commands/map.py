@@ -69,8 +69,8 @@ def axis_of(scenario: "Scenario", text: str, option: str = "") -> "MapAxis":
     name, _, span = text.partition("=")
     try:
         first, last, count = span.split(":")
-        if int(count) < 1 or (int(count) > 1 and float(last) <= float(first)):
-            raise ValueError("empty range")
+        if int(count) < 2 or float(last) <= float(first):
+            raise ValueError("no range")
         spread = np.linspace(float(first), float(last), int(count)).tolist()
         values = tuple(float(f"{value:.12g}") for value in spread)  # 0.016 for a delay of 16 ms
         for edge in (values[0], values[-1]):

@@ -33,13 +33,6 @@ class Notes:
         event = {"time_ns": time.time_ns(), "who": who, "kind": kind, "what": what, **more}
         self._events.append(event)
 
-    def _once(self, who: str, kind: str, what: str, printed: str, shown: str) -> None:
-        """Note, print and show something the first time."""
-        if all(event["what"] != what for event in self._events):
-            self.note(who, kind, what)
-            self._console.print(printed, markup=False)
-            self.shown.append(shown)
-
     def ended(self, child: Child) -> None:
         """Note the end of a node."""
         what = str(child).removeprefix(f"{child.name} ")
@@ -50,13 +43,11 @@ class Notes:
     def recording(self, recorder: Child) -> None:
         """Note, once, that the recorder has stopped recording."""
         lines = recorder.log_tail().splitlines()
-        if stopped := next((line for line in lines if line.startswith(STOPPED)), ""):
-            what = stopped.removeprefix("recorder: ")
-            self._once("recorder", "recording", what, stopped, "recording stopped")
-
-    def stranger(self, topic: str, what: str) -> None:
-        """Note, once, publishers that do not belong to the session."""
-        self._once(topic, "stranger", what, f"Warning: {what}", what)
+        stopped = next((line for line in lines if line.startswith(STOPPED)), "")
+        if stopped and all(event["kind"] != "recording" for event in self._events):
+            self.note("recorder", "recording", stopped.removeprefix("recorder: "))
+            self._console.print(stopped, markup=False)
+            self.shown.append("recording stopped")
 
     def write(self, folder: Path) -> None:
         """Write ``events.json``."""
@@ -84,8 +75,7 @@ SIGNALS = {"stop": signal.SIGSTOP, "continue": signal.SIGCONT}
 class Disturber:
     """Kills, starts, stops and continues nodes of a session when it is time.
 
-    ``wanted`` is in the order of time; ``note`` takes who, kind and what of each as an event;
-    ``again`` are the names in the ROS graph of the nodes that were started again.
+    ``wanted`` is in the order of time; ``note`` takes who, kind and what of each as an event.
     """
 
     def __init__(
@@ -101,7 +91,7 @@ class Disturber:
         self._left, self._children, self._note = list(wanted), children, note
         self._nodes = {node.namespace or node.kind: node for node in nodes}
         self._environment, self._logs = environment, logs
-        self.again: list[str] = []
+        self._again = 0  # nodes that were started again
 
     def act(self, elapsed_s: float) -> None:
         """Do what is due."""
@@ -123,8 +113,8 @@ class Disturber:
 
     def _start(self, node: NodePlan) -> None:
         """Start a node again; it begins once its topics have found their other ends."""
-        self.again.append(node.ros_name)
+        self._again += 1
         starts = {"start.paused": False, "start.joins": True, "start.listeners": LISTENERS}
         node = replace(node, parameters={**node.parameters, **starts})
-        name = f"{node.file_name}_again{len(self.again)}"
+        name = f"{node.file_name}_again{self._again}"
         start_node(node, self._logs / name, self._children, self._environment)

@@ -4,15 +4,14 @@
 reads their status a few times per second.
 
 Any program on the domain can publish on these topics: a message whose fields do not fit together
-is skipped, and so is another publisher while the one that is followed goes on. A topic with more
-publishers than planned is named.
+is skipped, and so is another publisher while the one that is followed goes on.
 """
 
 import json
 import math
 import time
 from collections import deque
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -27,12 +26,10 @@ from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.misfits import misfit
 from pmwvc_core.runtime.services import unmatched
 from pmwvc_core.runtime.topics import Polled
-from pmwvc_core.runtime.watch import publishers_of
 from pmwvc_msgs.msg import MasterTrace, Reception, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 STALE_S = 1.0
-UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of a publisher whose node ROS no longer knows
 SERVICE_TIMEOUT_S = 5.0
 FIRST_TICKS_TIMEOUT_S = 3.0
 RATE_REPORTS = 12  # six seconds of them
@@ -51,24 +48,6 @@ class Monitor:
         self._seen: dict[str, tuple[float, Any]] = {}
         # Of a user's ticks, and of its packets: newest times [ns] and numbers.
         self._counts: dict[str, deque[tuple[int, int]]] = {}
-
-    def other_publishers(
-        self, topics: Sequence[str], again: Collection[str] = ()
-    ) -> dict[str, str]:
-        """Return the topics with more than one publisher, with their names as a text.
-
-        Of nodes that were started ``again`` ROS shows the former publishers for some more seconds,
-        at last without their names.
-        """
-        found = {}
-        for topic in topics:
-            if self._node.count_publishers(topic) > 1:
-                names = sorted(publishers_of(self._node)(topic))
-                names = [n for i, n in enumerate(names) if n not in again or n not in names[:i]]
-                names = [n for n in names if not (again and n.endswith(UNKNOWN))]
-                if len(names) > 1:
-                    found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
-        return found
 
     def unconnected(self, nodes: Sequence[str], topics: Sequence[str]) -> list[str]:
         """Return what is missing until nothing that is sent gets lost, as texts: ends that are not

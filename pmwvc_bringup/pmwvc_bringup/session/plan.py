@@ -94,7 +94,7 @@ def nodes(
         server |= {f"{user.name}.side": user.side, **given(shares.USER_AT_SERVER, user, user.name)}
         netem |= given(shares.USER_AT_NETEM, user, user.name)
         masters[user.name] = {
-            **top, "seed": scenario.seed, "side": user.side,
+            **top, "side": user.side,
             **given(shares.USER_AT_MASTER, user), **given(shares.SHARED_AT_MASTER, scenario),
         }  # fmt: skip
     if tokens:

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 STATUS_PERIOD_S = 0.25
 LINE_PERIOD_S = 2.0  # of status lines where there is no terminal
-PUBLISHERS_PERIOD_S = 1.0  # of checks for publishers that do not belong to the session
 READY = "ready"
 
 
@@ -157,7 +156,7 @@ class NodeSession:
     def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""
         begin, length = time.monotonic(), self.scenario.duration_s
-        status_at, line_at, publishers_at = begin, begin + LINE_PERIOD_S / 2, begin
+        status_at, line_at = begin, begin + LINE_PERIOD_S / 2
         with Live(console=self.console, auto_refresh=False, transient=True) as live:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
                 disturber.act(now - begin)
@@ -167,11 +166,6 @@ class NodeSession:
                     return
                 if not self._shown:
                     self._show_page()
-                if now >= publishers_at:
-                    publishers_at += PUBLISHERS_PERIOD_S
-                    others = monitor.other_publishers(self.topics, disturber.again)
-                    for topic, what in others.items():
-                        self.notes.stranger(topic, what)
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
                     self.notes.recording(self.children.children["recorder"])

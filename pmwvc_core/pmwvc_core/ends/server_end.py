@@ -23,7 +23,6 @@ from pmwvc_core.law.server_step import ABSENT, server_step
 from pmwvc_core.law.vectors import zero
 from pmwvc_core.law.wave.wave import firmer
 from pmwvc_core.made.server import changed_server, port_impedance, resting_server, server_params
-from pmwvc_core.numeric import Value
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.forces import offset, task_of
 from pmwvc_core.plugins import BadAnswer, Faults
@@ -184,15 +183,6 @@ class ServerEnd(PortEnd):
     def presence(self) -> list[Presence]:
         """State of every user."""
         return [Presence(guest.presence) for guest in self.s.guests]
-
-    def offset(self, user: int) -> Value:
-        """Return how far an avatar is from its device without a force [m]."""
-        return value(self.s.environment.ports[user].offset)
-
-    def learned(self, user: int) -> float | None:
-        """Return (K T + 2B)/b of what a user touches, where its port learns it."""
-        p, s = self.p.environment, self.s.environment
-        return float(port_shown(p, s, user).learned) if getattr(p, "learns", False) else None
 
     def row(self) -> ServerRow:
         """Return all of it, with the energies that the environment counts by name."""

@@ -26,7 +26,7 @@ from pmwvc_core.numeric import AXES, Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.device import device_step, resting_device, simulated_params
 from pmwvc_core.plant.forces import hand_force
-from pmwvc_core.plant.remote_hand import RemoteHand, remote_target
+from pmwvc_core.plant.remote_hand import remote_target
 from pmwvc_core.quaternions import IDENTITY, Orientation, carried
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import FLAG_LIMITED, WavePacket
@@ -190,12 +190,6 @@ class DevicePlant:
         laws = device_step, hand_force
         self._device_step, self._hand_force = (unrolled(law, self._axes) for law in laws)
         self.sample = DeviceSample(value(self.s.read_x), value(self.s.read_xd), work=(0.0, 0.0))
-
-    @property
-    def remote(self) -> RemoteHand | None:
-        """The hand that follows targets, if it is such a one."""
-        hand = getattr(self.hand, "hand", self.hand)
-        return hand if isinstance(hand, RemoteHand) else None
 
     def listen(self, take: Callable[[], Sequence[Target]]) -> None:
         """Have a remote hand follow the targets that a call returns, new ones each."""

@@ -32,7 +32,7 @@ _KINDS = {float: "a number", int: "a whole number", str: "a string"}
 class Spec:
     """The declaration of one parameter: ``kind`` of a value (``float``, ``int``, ``bool``,
     ``str``), ``optional``: or ``None``; exclusive bounds ``above``/``below``, inclusive
-    ``low``/``high``; names allowed, by ``choices`` and ``plugins``; ``read_only``: fixed when a
+    ``low``/``high``; what is allowed, by ``choices`` and ``plugins``; ``read_only``: fixed when a
     node starts.
     """
 
@@ -42,7 +42,7 @@ class Spec:
     high: float | None = None
     above: float | None = None
     below: float | None = None
-    choices: tuple[str, ...] = ()
+    choices: tuple[Any, ...] = ()
     optional: bool = False
     read_only: bool = False
     description: str = ""
@@ -52,7 +52,7 @@ class Spec:
     def range_text(self) -> str:
         """Return the allowed values in words: ``> 0 N s/m``, ``1..64``, ``one of a, b``."""
         if self.choices:
-            return "one of " + ", ".join(dict.fromkeys([*self.choices, *self.plugins()]))
+            return "one of " + ", ".join(dict.fromkeys(map(str, (*self.choices, *self.plugins()))))
         if self.kind is bool:
             return "true or false"
         limits = {sign: getattr(self, side) for sign, (side, _) in _BOUNDS.items()}
@@ -81,14 +81,14 @@ class Spec:
         if value is None and self.optional:
             return None
         if self.kind is str or self.kind is bool:
-            right = isinstance(value, self.kind) and (
-                not self.choices or value in self.choices or value in self.plugins()
-            )
+            right = isinstance(value, self.kind)
         else:
             number = isinstance(value, numbers.Real) and not isinstance(value, bool)
             right = number and math.isfinite(value) and self.kind(value) == value
             limits = ((getattr(self, side), within) for side, within in _BOUNDS.values())
             right = right and all(at is None or within(value, at) for at, within in limits)
+        if self.choices:
+            right = right and (value in self.choices or value in self.plugins())
         given = "null" if value is None else repr(value)
         whole = "a whole number, " * (self.kind is int and isinstance(value, float))
         return None if right else f"{given}: must be {whole}{self.range_text()}"
@@ -102,12 +102,12 @@ _BOUND = re.compile(
 
 
 def parameter(
-    default: float | int | bool | str | None, allowed: str | tuple[str, ...], description: str, *,
+    default: float | int | bool | str | None, allowed: str | tuple[Any, ...], description: str, *,
     group: str = "", read_only: bool = False,
 ) -> Any:  # fmt: skip
     """Declare a dataclass field that is a parameter; the default ``None`` makes it optional.
     ``allowed`` is range and unit as messages show them (``0..1 s``, ``> 0 and <= 20 N``, ``N``,
-    ``-``), or the names allowed, besides plug-ins of a ``group``.
+    ``-``), or all values allowed, besides plug-ins of a ``group``.
     """
     kind = float if default is None else type(default)
     spec = Spec(

@@ -21,7 +21,6 @@ ServerTrace: TypeAlias = Any
 Wave: TypeAlias = Any
 Reception: TypeAlias = Any
 PacketFate: TypeAlias = Any
-Stamp: TypeAlias = Any  # a time of ROS
 
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3
 _LARGEST = 1 << 62  # numbers and times [ns] that overflow when they are added up

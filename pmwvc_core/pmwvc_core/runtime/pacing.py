@@ -14,7 +14,7 @@ import resource
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 _PR_SET_TIMERSLACK, _ONE_NS = 29, (ctypes.c_ulong(1), 0, 0, 0)
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
@@ -103,45 +103,16 @@ class Pacer:
             yield tick
 
 
-@dataclass(slots=True)
-class Health:
-    """Ticks, lateness, computing time; a reader swaps in a fresh one, the loop never waits."""
-
-    ticks: int = 0
-    late_sum_ns: int = 0
-    late_max_ns: int = 0
-    compute_sum_ns: int = 0
-    compute_max_ns: int = 0
-
-    def add(self, late_ns: int, compute_ns: int) -> None:
-        """Count one tick."""
-        self.ticks += 1
-        self.late_sum_ns += late_ns
-        self.compute_sum_ns += compute_ns
-        self.late_max_ns = max(self.late_max_ns, late_ns)
-        self.compute_max_ns = max(self.compute_max_ns, compute_ns)
+Granted = dict[str, str]  # real-time requests: why the system refused each, "" where granted
 
 
-@dataclass(frozen=True)
-class RealTimeReport:
-    """The real-time requests that the system granted, and the reason of each refusal."""
-
-    granted: tuple[str, ...] = ()
-    refused: dict[str, str] = field(default_factory=dict)
-
-    def __add__(self, other: "RealTimeReport") -> "RealTimeReport":
-        """Return a report of the requests of both."""
-        return RealTimeReport(self.granted + other.granted, self.refused | other.refused)
-
-    def __str__(self) -> str:
-        """Return one line for a log."""
-        if not (self.granted or self.refused):
-            return "not requested yet"
-        refused = [f"{name} refused ({reason})" for name, reason in self.refused.items()]
-        return "real time: " + "; ".join([*(f"{name} granted" for name in self.granted), *refused])
+def granted_words(report: Granted) -> str:
+    """Return what was granted and refused in one line."""
+    words = (f"{name} {f'refused ({why})' if why else 'granted'}" for name, why in report.items())
+    return "; ".join(words) or "not requested yet"
 
 
-def hold_memory() -> RealTimeReport:
+def hold_memory() -> Granted:
     """Ask for memory that stays where it is, after set-up: locked, the garbage collector's
     survivors frozen. It takes up to seconds: before a node can be started, so that nodes begin
     together.
@@ -154,7 +125,7 @@ def hold_memory() -> RealTimeReport:
     return _asked(("memory lock", _lock_memory), ("frozen garbage collector", freeze))
 
 
-def request_real_time(priority: int) -> RealTimeReport:
+def request_real_time(priority: int) -> Granted:
     """Ask, from the loop's own thread, for what makes it wake in time: timer slack, SCHED_FIFO
     (priority 1 to 99), and the middleware's threads one step below. A refusal is reported.
     """
@@ -165,28 +136,27 @@ def request_real_time(priority: int) -> RealTimeReport:
     )
 
 
-def request_reception(priority: int) -> RealTimeReport:
+def request_reception(priority: int) -> Granted:
     """Ask for reception whatever else the machine does; a loop of its own may be late."""
     return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
 
 
-def request_priority(priority: int) -> RealTimeReport:
+def request_priority(priority: int) -> Granted:
     """Ask for SCHED_FIFO for the calling thread, which sleeps most of the time."""
     return _asked((f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)))
 
 
-def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
-    granted, refused = [], {}
+def _asked(*requests: tuple[str, Callable[[], None]]) -> Granted:
+    found = {}
     for name, ask in requests:
         try:
             ask()
+            found[name] = ""
         except OSError as error:
             hint = _WAY_OUT.get((error.errno or 0, name.split()[0]))
             reason = error.strerror or str(error)
-            refused[name] = f"{reason}; {hint}" if hint else reason
-        else:
-            granted.append(name)
-    return RealTimeReport(tuple(granted), refused)
+            found[name] = f"{reason}; {hint}" if hint else reason
+    return found
 
 
 _MEMLOCK = "raise the user's memlock limit"
@@ -224,14 +194,15 @@ def _checked(failed: int) -> None:
 
 
 class Paced:
-    """What every loop counts for its diagnostics: ``health`` since somebody looked, deadlines
+    """What every loop notes for its diagnostics: lateness and computing time of each tick since
+    somebody looked, who puts another list there (``took_ns``, one after the other), deadlines
     ``missed``, and what the system granted, before the start (``memory``) and then.
     """
 
     def __init__(self) -> None:
-        self.health, self.missed = Health(), 0
-        self.memory, self.report = RealTimeReport(), RealTimeReport()
+        self.took_ns, self.missed = list[int](), 0
+        self.memory, self.report = Granted(), Granted()
 
     def request(self, priority: int) -> None:
         """Ask for real time, from the loop's own thread."""
-        self.report = self.memory + request_real_time(priority)
+        self.report = self.memory | request_real_time(priority)

@@ -84,13 +84,6 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
     return value
 
 
-def set_together(node: Node, values: Mapping[str, Any]) -> None:
-    """Set parameters of a node by itself, all or none; a refusal is logged."""
-    wanted = [Parameter(name, value=value) for name, value in values.items()]
-    if wanted and not (result := node.set_parameters_atomically(wanted)).successful:
-        node.get_logger().warning(result.reason)
-
-
 class _Group(NamedTuple):
     """A dataclass whose values may change, and the checks of a change."""
 

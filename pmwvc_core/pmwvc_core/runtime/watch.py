@@ -10,11 +10,12 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from rclpy.node import Node
 
 from pmwvc_core.runtime.messages import live_types, time_message
-from pmwvc_core.runtime.pacing import Health
-from pmwvc_core.runtime.topics import RECORDED_QOS
+from pmwvc_core.runtime.pacing import granted_words
+from pmwvc_core.runtime.topics import OF_TOKENS, RECORDED_QOS
 from pmwvc_core.transport.packet import Receipt
 from pmwvc_core.transport.receiver import Receiver, counts, passage
 from pmwvc_core.words import count
@@ -29,7 +30,6 @@ SUSPECT = {  # verdicts that are worth a warning while packets of the sender com
     Receipt.FLOOD: "beyond the rate of a sender refused",
     Receipt.CORRUPTED: "corrupted on their way",
 }
-OF_TOKENS = (Receipt.OTHER_SESSION, Receipt.FORGED)
 
 
 class Peers:
@@ -76,14 +76,14 @@ class Peers:
         refused = [f"{n} {v.value}" for v, n in inbox.counts.items() if n and v not in taken]
         if refused:
             return [f"every packet on {topic} was refused: {', '.join(refused)}"]
-        return [nothing_on(topic, names)]
+        return [_nothing_on(topic, names)]
 
 
 def _several(topic: str, names: Sequence[str]) -> list[str]:
     return [f"{len(names)} publishers on {topic}: {', '.join(names)}"] * (len(names) > 1)
 
 
-def nothing_on(topic: str, names: Sequence[str]) -> str:
+def _nothing_on(topic: str, names: Sequence[str]) -> str:
     """Return why no packet comes on a topic with these publishers."""
     if names:
         return f"no packets on {topic}, published by {', '.join(names)}"
@@ -141,17 +141,16 @@ class Watch:
     def look(self) -> tuple[dict[str, object], int]:
         """Return values for people by name, and the deadlines missed since the last look."""
         loop, now_s = self._loop, time.monotonic()
-        health, loop.health = loop.health, Health()
+        took_ns, loop.took_ns = loop.took_ns, []
         elapsed_s, self._looked_s = now_s - self._looked_s, now_s
         missed, self._missed = loop.missed - self._missed, loop.missed
-        ticks_us = 1e3 * max(health.ticks, 1)
-        return {
-            "rate [Hz]": f"{health.ticks / elapsed_s:.1f}",
-            "lateness mean [us]": f"{health.late_sum_ns / ticks_us:.1f}",
-            "lateness max [us]": f"{health.late_max_ns / 1e3:.1f}",
-            "compute mean [us]": f"{health.compute_sum_ns / ticks_us:.1f}",
-            "compute max [us]": f"{health.compute_max_ns / 1e3:.1f}",
+        took_us = np.array(took_ns).reshape(-1, 2) * 1e-3
+        found: dict[str, object] = {"rate [Hz]": f"{len(took_us) / elapsed_s:.1f}"}
+        for name, each in zip(("lateness", "compute"), took_us.T, strict=True):
+            found[f"{name} mean [us]"] = f"{each.sum() / max(len(each), 1):.1f}"
+            found[f"{name} max [us]"] = f"{each.max(initial=0.0):.1f}"
+        return found | {
             "missed deadlines": loop.missed,
             "packets of another controller": loop.protocol.other_controller,
-            "real time": str(loop.report),
+            "real time": granted_words(loop.report),
         }, missed

@@ -19,14 +19,6 @@ from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
 PRESET_NAME = re.compile(r"(user[1-9]\d*\.|)(?:(master)|link(?:\.\*|\.(up|down)|))\.preset")
 
-# Recordings of before have them: with other values sessions did what they no longer do.
-GONE = re.compile(
-    r"(user[1-9]\d*\.)?("
-    r"master\.(local_model\.kind=spring_damper|filter\.discretisation=bilinear)"
-    r"|link\.(up\.|down\.)?(mode=exact"
-    r"|(markov_p\d+|reorder_gap|rate_cell_(overhead_)?bytes|slot_(packets|bytes))=[01](\.0)?))"
-)
-
 
 def parse_scenario(
     mapping: Mapping[str, Any], *, source: str = "scenario",
@@ -63,8 +55,6 @@ class _Values:
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
         """Sort values into shared and users'; a common override replaces single users'."""
         for name, value in self._without_presets(values).items():
-            if GONE.fullmatch(f"{name}={value}"):
-                continue
             try:
                 number, leaves = resolved(name)
             except ScenarioError as error:
@@ -133,10 +123,7 @@ class _Values:
         name = f"user{number}"
         values = self.users[0] | self.users.get(number, {})
         parts = self._groups(User, values, f"{name}.")
-        side = values.get("side", -1 if number % 2 else 1)
-        if side == 0:
-            self.problems.append(f"{name}.side = 0: must be -1 or 1")
-        return User(name=name, side=side, **parts)
+        return User(name=name, side=values.get("side", -1 if number % 2 else 1), **parts)
 
     def _groups(self, owner: type, values: Mapping[str, Any], who: str) -> dict[str, Any]:
         """Return the groups of a scenario or a user by attribute; None where one is wrong."""

@@ -50,7 +50,7 @@ class User:
     """One user: device, hand, limits, wave port, contact at the server, and the link both ways."""
 
     name: str
-    side: int = parameter(-1, "-1..1", "side of the object the user is on: -1 pushes towards +x")
+    side: int = parameter(-1, (-1, 1), "side of the object the user is on: -1 pushes towards +x")
     master: params.MasterParams = group(params.MasterParams)
     baseline: params.BaselineParams = group(params.BaselineParams)
     given_device: params.DeviceParams = group(params.DeviceParams)  # these three at the handle

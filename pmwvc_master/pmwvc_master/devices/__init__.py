@@ -67,7 +67,6 @@ class DeviceSetup:
     half_width_m: float  # of the object [m]
     start_m: float  # on axis 0 [m]
     lever_m: float  # axes 4 to 6 are a turn times this
-    seed: int
     device: DeviceParams
     operator: OperatorParams
     task: TaskParams

@@ -154,5 +154,5 @@ class Tape:
 
     def _session(self, users: list[UserTraces], server: ServerTraces | None) -> SessionTraces:
         end_s = max((float(user.time_s[-1]) + user.tick_s for user in users), default=0.0)
-        late = {} if server is None else {"server_lateness_s": server.nearest_look_ns * 1e-9}
+        late = {} if server is None else {"server_lateness_s": server.looked_ns * 1e-9}
         return SessionTraces(self._source, end_s, users, server, metadata=late)

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view import controls, description
+from pmwvc_view import description
 from pmwvc_view.controls import Control, Setting
 from pmwvc_view.live.graph import AboutSession, Graph
 from pmwvc_view.live.topics import Inlets, PublishedHand, TraceReader, scene_of
@@ -31,6 +31,8 @@ class LiveSession(Session):
         super().__init__(live=True)
         self._node, self._graph, self._about = node, graph, about
         self._duration_s, self.report = about.duration_s or None, about.report
+        preset = graph.values.get(graph.netem, {}).get("preset", "none")
+        self.preset = None if preset == "none" else str(preset)
         scenario = graph.scenario(about)
         exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact, scene_of(node, f"{graph.server}/scene"))
@@ -53,8 +55,6 @@ class LiveSession(Session):
                 self._lags = description.lags(self._scenario, live=True)
             except PmwvcError as error:  # parameters that make no scenario leave it as it was
                 self._node.get_logger().warning(str(error))
-        preset = self._graph.values.get(self._graph.netem, {}).get("preset")
-        self.preset = None if preset in (None, "none") else str(preset)
         if self._feed.tape.zero_ns is not None and inlets.silent_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
         return self._snapshots(inlets.now_ns(), inlets.round_trips)
@@ -83,8 +83,7 @@ class LiveSession(Session):
             present = step
             if present != wanted:
                 await asyncio.sleep(STEP_S)
-        if control.path == controls.PRESET:
-            return await self._graph.set(self._graph.netem, {"preset": value})
+        self._name_network(control, value)
         return ""
 
     def _values_of(self, scenario: Scenario) -> dict[str, dict[str, Any]]:

@@ -59,11 +59,6 @@ class PageServer:
         host = socket.gethostname() if self._host in ("0.0.0.0", "::") else self._host
         return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/?token={self._token}"
 
-    @property
-    def pages(self) -> int:
-        """Number of connected pages."""
-        return len(self._clients)
-
     def run(self, stop: Event | Interrupts, ready: Callable[[], None]) -> None:
         """Serve until asked to stop or the session is over, ``ready`` called once that begins;
         OSError where the address cannot be listened on.
@@ -155,7 +150,7 @@ class PageServer:
         origins = request.headers.get_all("Origin")
         if why := self._access.socket_refused(request.path, origins, hosts[0]):
             return _answer(http.HTTPStatus.FORBIDDEN, why)
-        if self.pages >= MOST_PAGES:
+        if len(self._clients) >= MOST_PAGES:
             text = f"{MOST_PAGES} pages are connected already"
             return _answer(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
         return None
