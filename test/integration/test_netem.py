@@ -113,8 +113,8 @@ def test_settings_change_while_running_and_wrong_ones_are_refused(tmp_path):
         assert delays_ns == pytest.approx([16_000_000] * 10)
         (refusal,) = peer.set_parameters("/netem", {"user1.link.up.jitter": "trace"})
         assert refusal.startswith("user1.link.up.trace_file: ")
-        wanted = {"user1.link.up.delay_s": 0.0, "user1.link.up.jitter": "trace"}
-        wanted |= {"user1.link.up.trace_file": str(trace)}
+        wanted = {"user1.link.up.delay_s": 0.0, "user1.link.up.trace_file": str(trace)}
+        wanted |= {"user1.link.up.jitter": "trace"}  # one after the other
         assert peer.set_parameters("/netem", wanted) == [""] * 3
         line.send_in_bursts(1, size=10)
         delays_ns = {row["time_due_ns"] - row["time_in_ns"] for row in line.originals()[-10:]}
