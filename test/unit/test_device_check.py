@@ -76,7 +76,7 @@ class Given:
     """A desk as a master has it, without axes and scale; what is wrong is not corrected."""
 
     def __init__(self, desk):
-        self._desk, self._slope, self.ratio = desk, Slope(), 0.0
+        self._desk, self._slope, self.ratio, self.device = desk, Slope(), 0.0, self
         self.write, self.stop, self.info = desk.write, desk.stop, desk.info
 
     def read(self, due_ns):

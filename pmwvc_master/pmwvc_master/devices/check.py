@@ -77,7 +77,7 @@ class DeviceCheck:
         for axis in axes:
             self._ask(f"Move the handle along {DIRECTIONS[axis]}, some centimetres, not back")
             yield along(self._seen(MOVE_S), axis, MOVED_M, "motion", HOW)
-        ratio = getattr(self._device.driver, "ratio", 0.0)  # a simulated device has none
+        ratio = getattr(self._device.device, "ratio", 0.0)  # a simulated device has none
         text = f"{ratio:.3g} times the positions' slope" if ratio else "too little motion"
         yield DeviceLine(1.0 / OFF < ratio < OFF, f"velocity: {text}")
         for axis in axes[:3] if push_n else ():

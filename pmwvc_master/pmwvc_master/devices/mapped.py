@@ -43,7 +43,7 @@ class Mapped:
 
     def __init__(self, device: HapticDevice, setup: DeviceSetup) -> None:
         given, info = setup.device, device.info
-        self.driver, self.info = device, replace(info, dof=setup.dof)
+        self.device, self.info = device, replace(info, dof=setup.dof)
         self.open, self.couple, self.stop = device.open, device.couple, device.stop
         self.close = device.close
         axes, factors = axes_of(info, given)
@@ -63,7 +63,7 @@ class Mapped:
 
     def read(self, due_ns: int) -> DeviceSample:
         """Return motion and force of the hand as the avatar has them."""
-        there, own, c = self.driver.read(due_ns), self._sample, self._c
+        there, own, c = self.device.read(due_ns), self._sample, self._c
         self._uncoupled = self.pressed or bool(there.buttons & self._button)
         own.valid, own.fresh, own.outside = there.valid, there.fresh, there.outside
         own.work, own.measured_ns = there.work, there.measured_ns
@@ -98,7 +98,7 @@ class Mapped:
         self._c = self._coupling(f)
         self.uncoupled = self._c < 1.0
         self._f = scaled(f, self._c)
-        self.driver.write(value(self._f))
+        self.device.write(value(self._f))
 
     def _coupling(self, f: Vector) -> float:
         """Return c for a tick whose whole force is f: |c f - f before| is at most the slew."""
