@@ -48,7 +48,7 @@ BREAK_S = 0.1  # without force or coupling: as long as a grip takes to react to 
 SKIPPED = 0.01  # of the ticks: a loop that skips more does not hold its rate
 LEAST_COUPLED = 0.5  # of the time, or the session shows little of the coupling
 # Limits that took over.
-LIMITED = {"N": 1e-3, "N m": 5e-5}  # by which a force or torque differs that was limited
+LIMITED = {"N": 5e-3, "N m": 5e-5}  # by which a force or torque differs that was limited
 LIMITED_RATIO = 0.01  # and of its size
 OFTEN, OFTEN_RATIO = 3, 0.05  # times, and of the second half: limits that act again and again
 LARGEST = 0.99  # of the largest force: as large as the limits allow
