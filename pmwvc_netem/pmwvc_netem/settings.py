@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network import effects
-from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.network.presets import DIRECTIONS, PRESETS
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
@@ -24,7 +24,6 @@ from pmwvc_core.runtime.parameters import (
     declare_value,
 )
 
-DIRECTIONS = ("up", "down")
 SEED = Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers")
 PRESET = Spec(
     str, choices=("none", *PRESETS),

@@ -39,7 +39,7 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_931, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_927, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
         3_226,
         2_500,
@@ -103,7 +103,7 @@ ROOMS = {
             "devices/turn.py",
         ),
     ),
-    "nodes": Room(1_905, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(1_904, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(2_853, 3_000, ("pmwvc_view",)),
 }
 

@@ -29,7 +29,7 @@ from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.quaternions import IDENTITY, carried, turn_between
 from pmwvc_core.scenes.description import described, strongest
 from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_model
-from pmwvc_core.server.black_box import EnvironmentSetup, applied, matrices_of
+from pmwvc_core.server.black_box import EnvironmentSetup, matrices_of, times_rows
 
 OVERLAP_M = 1e-4  # that is none
 SETTLE_S = 2.0
@@ -138,13 +138,13 @@ class MujocoScene:
         rates = np.zeros(drive.shape)
         self._note_axes()
         for _ in range(steps):
-            push = applied(self._axes.swapaxes(1, 2), drive) if self._apart else drive
+            push = times_rows(self._axes.swapaxes(1, 2), drive) if self._apart else drive
             data.qfrc_applied[dofs] = push - along * data.qvel[dofs]
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
             self._note_axes()
             v = data.qvel[dofs]
-            rates += applied(self._axes, v) if self._apart else v
+            rates += times_rows(self._axes, v) if self._apart else v
         return rates
 
     def _note_axes(self) -> None:

@@ -116,7 +116,7 @@ def matrices_of(impedance: Array, dof: int) -> Array:
     return impedance if impedance.ndim == 3 else impedance[:, None, None] * np.eye(dof)
 
 
-def applied(matrices: Array, rows: Array) -> Array:
+def times_rows(matrices: Array, rows: Array) -> Array:
     """Return every user's matrix ``(users, n, n)`` times its row ``(users, n)``."""
     return np.asarray((matrices @ rows[:, :, np.newaxis])[:, :, 0])
 
@@ -153,9 +153,9 @@ def _answer(
         impedance = np.array([a.impedance.b for a in avatars])
         b = matrices_of(impedance, start.shape[1])
         more = s.turned.repaying(s.places, s.there, h)
-        drive += applied(b, more)
+        drive += times_rows(b, more)
         velocity = signal(environment.meet(drive, impedance, h), start.shape, "meet")
-        force = drive - applied(b, velocity)
+        force = drive - times_rows(b, velocity)
         force[np.abs(force) < ROUNDING * np.abs(drive)] = 0.0
         s.places[:] += h * (np.nan_to_num(velocity) - more)
         s.turned.look(environment)

@@ -44,7 +44,7 @@ class Environment(Record):
 
 
 def _object(
-    server: ServerParams, users: int, axes: int, *, kind: Any, mass: bool
+    server: ServerParams, users: int, axes: int, *, kind: Any, mass: bool = False
 ) -> tuple[Any, BodyLaw]:
     moved, damping = (server.object_mass, server.object_damping) if mass else (math.inf, 0.0)
     rest, law = (0.0,) * axes, body_law(moved, damping, server.period_s)
@@ -67,7 +67,7 @@ def _soft(
     return kind((0.0,) * users, Body(rest, rest)), params
 
 
-_cube, _plane = partial(_object, mass=True), partial(_object, mass=False)
+_cube = partial(_object, mass=True)
 _WALL: dict[str, Any] = {"made": _wall, "spring": True}
 _MET: dict[str, Any] = {"sloped": True, "linear": "wall_with_impedance"}
 _RECORDS = (
@@ -83,7 +83,7 @@ _RECORDS = (
         **_MET | {"linear": "cube_with_impedance"},
     ),
     Environment(
-        name="wall_with_impedance", made=partial(_plane, kind=MetObject), spring=True, **_MET
+        name="wall_with_impedance", made=partial(_object, kind=MetObject), spring=True, **_MET
     ),
     Environment(
         name="hunt_crossley_with_impedance", made=partial(_soft, kind=MetSoftBody),

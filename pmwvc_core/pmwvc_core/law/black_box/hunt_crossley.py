@@ -73,12 +73,8 @@ def _pressed(
     came: float, a: Avatar, start: Vector, port: Any, p: SoftBodyParams
 ) -> tuple[Avatar, float]:
     """Return also the energy K d^(n+1)/(n+1) [J]."""
-    free, h, n, k = (
-        free_velocity(a.impedance, a.u),
-        port.new_s,
-        p.exponent,
-        a.contact.law.stiffness,
-    )
+    free, h = free_velocity(a.impedance, a.u), port.new_s
+    n, k = p.exponent, a.contact.law.stiffness
     side = a.contact.law.inward
     inward = scaled(port.identity[0], side)
     mobility = -side * loaded(a.impedance, zero(free), inward)[0]  # [m/s/N] 1/b'
