@@ -27,6 +27,8 @@ def opened(service, *, dof=1, axes="", clutch=0, **params):
         yield device
         device.stop()
     finally:
+        if service.held is not None:
+            service.release()
         device.close()
 
 

@@ -6,6 +6,7 @@ import contextlib
 import math
 import socket
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -61,6 +62,31 @@ def test_a_call_that_nobody_answers_ends_after_a_second():
             device.read(TICK_NS + 2 * CALL_NS)
             assert device._link is None
         service.start()
+
+
+def test_a_connection_is_closed_when_its_last_force_has_been_answered():
+    with InverseService() as service, opened(service) as device:
+        service.hold()
+        device.read(time.monotonic_ns())
+        device.write(1.0)
+        device.stop()
+        closing = threading.Thread(target=device.close)
+        closing.start()
+        assert [service.force()[1]["x"] for _ in range(2)] == [-1.0, 0.0]
+        service.release(1)
+        assert closing.is_alive() and device._link is not None
+        service.release()
+        closing.join()
+        assert device._link is None
+
+
+def test_a_connection_of_a_service_that_is_silent_is_closed_after_a_second():
+    with InverseService() as service, opened(service) as device:
+        service.hold()
+        device.read(begun_ns := time.monotonic_ns())
+        device.stop()
+        device.close()
+        assert time.monotonic_ns() - begun_ns > CALL_NS
 
 
 def until(device, due_ns, there):

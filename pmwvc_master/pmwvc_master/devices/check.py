@@ -90,7 +90,7 @@ class DeviceCheck:
 
     def _seen(self, seconds: float, push: tuple[int, float, float] = (0, 0.0, 0.0)) -> NewSamples:
         """Read for a time; a push along an axis rises to a force and falls to another [N]."""
-        rows, first = [], None
+        rows: list[tuple[float, Array, Array, float]] = []
         step_n, count = SLEW_N_S * self._tick_s, round(seconds / self._tick_s)
         axis, push_n, end_n = push
         for k in range(count):
@@ -100,10 +100,9 @@ class DeviceCheck:
             if not sample.valid:
                 push_n = end_n = 0.0
             elif sample.fresh:
-                first = x if first is None else first
                 age_ns = tick.woke_ns - (sample.measured_ns or tick.woke_ns)
                 rows.append((tick.due_ns * 1e-9, x, xd, age_ns * 1e-9))
-                if np.abs(xd).max() > FAST_M_S or np.abs(x - first).max() > AWAY_M:
+                if np.abs(xd).max() > FAST_M_S or np.abs(x - rows[0][1]).max() > AWAY_M:
                     push_n = end_n = 0.0
             f_m = 0.0 * x
             f_m[axis] = -min(push_n, (k + 1) * step_n, end_n + (count - 1 - k) * step_n)

@@ -113,15 +113,15 @@ class HaplyDevice(VendorDevice):
     def read(self, due_ns: int) -> DeviceSample:
         """Take the answers that wait; for the first one wait half a tick at most."""
         self._due_ns, self._sample.fresh = due_ns, False
-        if self._link is None and due_ns < self._call_ns:
-            return self._sample
+        if self._link is None:
+            if due_ns < self._call_ns:
+                return self._sample
+            self._call_ns = due_ns + CALL_NS
+            self._link = InverseLink(self._uri, self._host)
         try:
-            if self._link is None:
-                self._call_ns = due_ns + CALL_NS
-                self._link = InverseLink(self._uri, self._host)
             self._listen(self._link)
         except (LinkLost, DeviceError) as error:
-            self._lose(error)
+            self._lose(self._link, error)
         return self._sample
 
     def _listen(self, link: InverseLink) -> None:
@@ -142,10 +142,9 @@ class HaplyDevice(VendorDevice):
             if silent_ns > CALL_NS:
                 raise LinkLost(f"no answer for {CALL_NS * 1e-9:g} s")
 
-    def _lose(self, error: Exception) -> None:
+    def _lose(self, link: InverseLink, error: Exception) -> None:
         """Let go of the connection, and call again later."""
-        if self._link is not None:
-            self._link.close()
+        link.close()
         if self._sample.valid or self._form:
             self._tell(f"{self._id}: {error}; called again every second")
         self._link, self._form, self._sample.valid = None, "", False
@@ -177,10 +176,12 @@ class HaplyDevice(VendorDevice):
             self._link.send(json.dumps(message))
             self._asked.append(self._due_ns)
         except LinkLost as error:
-            self._lose(error)
+            self._lose(self._link, error)
 
     def close(self) -> None:
-        """Close the connection, which ends every command, and let others have the device."""
+        """Close when the last force is answered (it could be lost), and give the device back."""
+        while self._link is not None and self._asked:
+            self.read(monotonic_ns())
         if self._link is not None:
             self._link.close()
         self._link = None
