@@ -5,6 +5,7 @@
 It can hold its answers back, repeat them, send millimetres, drop connections, go and come again.
 """
 
+import contextlib
 import json
 import queue
 import threading
@@ -60,7 +61,8 @@ class InverseService:
     def release(self, count=None):
         """Send answers that were held back, the first ones or all."""
         for connection, answer in self.held[:count]:
-            connection.send(answer)
+            with contextlib.suppress(ConnectionClosed):  # the device may have gone
+                connection.send(answer)
         self.held = self.held[count:] if count else None
 
     def force(self):
