@@ -22,7 +22,6 @@ at the port as exactly as the forces do (:mod:`.newton`). Equations: docs/theory
 from typing import Any
 
 import numpy as np
-from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
@@ -127,8 +126,7 @@ class Box:
     def description(self) -> dict[str, Any]:
         """Shapes of table, box and pads, as those of :mod:`.description`."""
         pad = (np.abs(self._shape.ring).max(axis=0) + THIN_M).tolist()
-        table = [TABLE_M, TABLE_M, THIN_M]
-        sizes = [table, self._half_m.tolist(), *([pad] * len(self._there))]
+        sizes = [[TABLE_M, TABLE_M, THIN_M], self._half_m.tolist(), *([pad] * len(self._there))]
         names = ["table", *self._names]
         shapes = [
             {"body": name, "kind": "box", "size": size, "at": [0.0] * 3, "turned": NOT_TURNED,
@@ -158,8 +156,10 @@ class Box:
         wanted = np.append(np.zeros(6), drive * scale)
         wanted[2] = -self._weight_n
         wanted[:6] += 2.0 / dt * self._masses * self._rates
+        resists = np.diag(np.append(2.0 / dt * self._masses, np.zeros(drive.size)))
         b = matrices_of(impedance, self._dof) * np.outer(scale, scale)
-        resists: Array = block_diag(np.diag(2.0 / dt * self._masses), *b)
+        blocks = np.eye(len(b))[:, None, :, None] * b[:, :, None, :]  # no handle resists another
+        resists[6:, 6:] = blocks.reshape(drive.size, drive.size)
         inertia, shape, along = self._masses[3:], self._shape, resists.diagonal()
 
         def tried(x: Array, bound: Array | None) -> Trial:

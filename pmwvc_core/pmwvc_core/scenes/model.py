@@ -98,7 +98,7 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
             geom.condim = max(geom.condim, 4 if setup.dof == AXES else 3)  # rubs as it twists
-    options = _set_options(mujoco, spec.option, setup.period_s, where)
+    options = _set_options(mujoco, spec.option, setup.period_s)
     with refused(where, cannot_be="compiled"):
         model = spec.compile()
     fingers = set() if server.handles else {body.id for body in bodies}
@@ -112,12 +112,11 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
         at, start = model.body(body.id), data.xmat[body.id].reshape(3, 3).copy()
         model.jnt_axis[at.jntadr[0] :][:3] = axes.T @ start  # in axes of the body
         first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
-        geoms = [geom.id for geom in body.geoms]
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
         home = None if server.handles else data.xipos[shown] + out - data.xpos[body.id]
         turn = slice(first + 3, first + (7 if setup.dof == AXES else 3))
         joints = slice(first, first + 3), turn, slice(dof, dof + setup.dof)
-        held.append(Grasp(*joints, geoms, home, axes, body.id, start))
+        held.append(Grasp(*joints, [geom.id for geom in body.geoms], home, axes, body.id, start))
     return model, held, shown, {"files": files_of(file), "options": options}
 
 
@@ -127,10 +126,10 @@ def _axes(setup: EnvironmentSetup) -> list[Array]:
     for b in impedances:
         turning = b - b[-1, -1] * np.eye(setup.dof)
         if np.abs(turning[3:]).max(initial=0.0) > ROUNDING * np.abs(b).max():
-            raise ParameterError(
-                "impedance_matrix: in a scene of MuJoCo axes 4 to 6 have one number, and nothing "
-                "couples them with axes 1 to 3: a ball joint resists alike about every axis"
+            text = (
+                "impedance_matrix: in a scene of MuJoCo axes 4 to 6 have one number, coupled with"
             )
+            raise ParameterError(f"{text} nothing: a ball joint resists alike about every axis")
     return [np.linalg.eigh(b[:3, :3])[1] for b in impedances]
 
 
@@ -143,8 +142,10 @@ def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:
         spec = mujoco.MjSpec.from_file(str(file))
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
-    for texture in list(spec.textures):
-        spec.delete(texture)
+    for light in spec.lights:
+        light.texture = ""
+    for each in (*spec.textures, *spec.keys):  # keys have the file's joints only
+        spec.delete(each)
     return spec
 
 
@@ -165,17 +166,13 @@ def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
         if body.joints or body.parent is not spec.worldbody:
             needed = "must be a child of worldbody without joints: it gets its own"
             raise ParameterError(f"server.handles: {name!r} {needed}")
+        body.mocap = False  # a hand moves it, no program
         found.append(body)
     return found
 
 
-def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> dict[str, Any]:
-    """Write what the file leaves as MuJoCo has it; return what was written."""
-    if option.timestep > period_s:
-        raise ParameterError(
-            f"{where}: its timestep of {option.timestep:g} s is longer than "
-            f"server.period_s = {period_s:g} s"
-        )
+def _set_options(mujoco: Any, option: Any, period_s: float) -> dict[str, Any]:
+    """Write what the file leaves as MuJoCo has it, and shorter steps; return what was written."""
     written: dict[str, Any] = {}
     if option.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
         option.cone, written["cone"] = mujoco.mjtCone.mjCONE_ELLIPTIC, "elliptic"
@@ -189,10 +186,15 @@ def _set_options(mujoco: Any, option: Any, period_s: float, where: str) -> dict[
 
 
 def _check_masses(model: Any, fingers: set[int], where: str) -> None:
-    bodies = [model.body(number) for number in range(1, model.nbody) if number not in fingers]
-    known = sorted((body for body in bodies if body.mass[0]), key=lambda body: body.mass[0])
-    if known and (ratio := known[-1].mass[0] / known[0].mass[0]) > LARGEST_RATIO:
+    """Refuse masses too far apart of what moves and touches; bodies welded together are one."""
+    masses = np.bincount(model.body_weldid, model.body_mass, model.nbody)
+    felt = np.maximum(masses, 1.0 / np.maximum(model.body_invweight0[:, 0], ROUNDING))  # by joints
+    touching = model.geom_bodyid[(model.geom_contype | model.geom_conaffinity) > 0]
+    bodies = [*{*model.body_weldid[touching].tolist()} - fingers - {0}] or [0]
+    heavy, light = max(bodies, key=masses.__getitem__), min(bodies, key=felt.__getitem__)
+    if bodies[0] and (ratio := masses[heavy] / felt[light]) > LARGEST_RATIO:
+        names = [repr(model.body(n).name or f"body{n}") for n in (heavy, light)]
         raise ParameterError(
-            f"{where}: {known[-1].name!r} has {ratio:.3g} times the mass of {known[0].name!r}; "
+            f"{where}: {names[0]} has {ratio:.3g} times the mass of {names[1]}; "
             f"above {LARGEST_RATIO:g} contacts are not solved: change a mass"
         )

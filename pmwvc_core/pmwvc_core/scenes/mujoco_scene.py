@@ -210,7 +210,7 @@ class MujocoScene:
         if np.isfinite(self.data.qpos).all() and (speeds < LARGEST_M_S).all():
             self._mujoco.mj_getState(self.model, self.data, self._good, self._whole)
             return
-        worst = int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))
-        name = self.model.body(int(self.model.dof_bodyid[worst])).name
+        worst = self.model.dof_bodyid[np.argmax(np.nan_to_num(speeds, nan=np.inf))]
+        name = f"body {self._names[worst]!r}"
         self._mujoco.mj_setState(self.model, self.data, self._good, self._whole)
-        raise RuntimeError(f"the scene became unstable at body {name!r}; a good state is back")
+        raise RuntimeError(f"the scene became unstable at {name}; a good state is back")
