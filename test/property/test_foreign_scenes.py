@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from support.scenes import scene
 from support.simulated import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
@@ -24,6 +25,7 @@ link: {{delay_s: 0.012, jitter: uniform, jitter_s: 0.012, loss: 0.1}}
 """
 ROD = 'type="capsule" fromto="0 0 0 0 0.06 0" size="0.008" mass="0.05"'
 CART = "a ball on a cart on a spring, long implicit steps, a geom that touches nothing"
+ROBOT = "as of robots: a table of tons, a mark on a hand, mocap, a key, long steps, a lit texture"
 SCENES = {
     "a chain of hinges, gravity sideways, short implicit steps": f"""<mujoco>
 <option timestep="0.0005" integrator="implicitfast" gravity="0 9.81 0"/><worldbody>
@@ -44,6 +46,16 @@ SCENES = {
 </worldbody><tendon><spatial stiffness="50" damping="1"><site site="a"/><site site="b"/></spatial>
 </tendon><equality><weld body1="c" body2="d"/></equality><actuator><motor joint="c"/></actuator>
 <keyframe><key ctrl="1"/></keyframe></mujoco>""",
+    ROBOT: """<mujoco><option timestep="0.02"/>
+<asset><texture name="spot" type="2d" builtin="flat" width="4" height="4"/></asset><worldbody>
+<light pos="0 0 1" texture="spot"/>
+<body name="table" pos="0 0 -0.0405"><geom type="box" size=".3 .3 .01" mass="5000"/></body>
+<body name="box"><freejoint/><geom type="box" size=".03 .03 .03" mass="0.2"/></body>
+<body name="aim" mocap="true" pos="0 0.1 0.05"><geom size="0.005" mass="1e-9"/></body>
+<body name="hand" pos="0 0.1 0.05"><freejoint/><geom size="0.02" mass="0.1"/>
+<body pos="0 0 0.03"><geom size="0.002" mass="1e-7"/></body></body>
+</worldbody><equality><weld body1="aim" body2="hand"/></equality><contact>
+<exclude body1="aim" body2="hand"/></contact><keyframe><key mpos="0 0 1"/></keyframe></mujoco>""",
     "bodies without names, Runge-Kutta, pyramids": """<mujoco>
 <option integrator="RK4" cone="pyramidal" impratio="5"/><worldbody>
 <geom type="box" size=".3 .3 .01" pos="0 0 -0.036"/>
@@ -67,7 +79,7 @@ def server_least_j(server):
     return np.cumsum(0.5 * server.period_s * power).min()
 
 
-@pytest.mark.parametrize(("name", "dof"), [*zip(SCENES, (3, 6, 3, 6), strict=True)])
+@pytest.mark.parametrize(("name", "dof"), [*zip(SCENES, (3, 6, 3, 3, 6), strict=True)])
 def test_no_channel_gives_out_more_than_it_got(tmp_path, name, dof):
     scenario = foreign(tmp_path, SCENES[name], dof)
     traces = simulate_one(scenario)
@@ -76,6 +88,19 @@ def test_no_channel_gives_out_more_than_it_got(tmp_path, name, dof):
     assert server_least_j(traces.server) >= -1e-12
     assert not traces.server.contained.any()
     assert max(np.abs(np.concatenate(traces.server.f_s)).max(axis=0)) > 0.1
+
+
+def test_a_mocap_body_can_be_the_handle_that_leads_a_hand(tmp_path):
+    (tmp_path / "robot.xml").write_text(SCENES[ROBOT], "utf-8")
+    made = scene(tmp_path / "robot.xml", users=1, handles="aim")
+    before = made.poses["hand"]
+    for _ in range(50):
+        moved = made.meet(np.array([[0.0, 0.0, 2.0]]), np.full(1, 25.0), 0.008)
+    aim, hand = made.poses["aim"], made.poses["hand"]
+    assert hand[2] - before[2] == pytest.approx(aim[2] - 0.05, abs=1e-3)
+    speed = (2.0 - 0.1 * 9.81) / 25.0  # the port carries the hand's weight
+    assert aim[2] - 0.05 == pytest.approx(0.4 * speed, rel=0.02)
+    assert moved[0, 2] == pytest.approx(speed, rel=0.02)
 
 
 def test_without_the_ledger_a_spring_under_tension_gives_out_what_it_holds(tmp_path):

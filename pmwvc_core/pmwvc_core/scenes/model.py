@@ -5,8 +5,8 @@
 A finger is a sphere of a gram on three slides and, of six axes, a ball, weightless. It begins
 where the user's device does: the origin of all devices is the centre of mass of the first body
 that moves (the scene's origin where none does), and a finger's surface is where the avatar is. A
-handle is a body of the scene that is fixed to the world; it gets the same joints, is weightless,
-and is taken where it is.
+handle is a body of the scene that is fixed to the world, or mocap; it gets the same joints, is
+weightless, and is taken where it is.
 
 What a scene usually lacks to be held is written into the model where the file has MuJoCo's own
 default: elliptic friction cones with impratio 100, as a finger creeps out of a pyramid. Contacts
@@ -27,9 +27,8 @@ from pmwvc_core.scenes.description import files_of
 from pmwvc_core.server.black_box import EnvironmentSetup, matrices_of
 
 FINGER_KG = 1e-3
+MOCAP_KG = 0.05  # of a handle that was a mocap body: what is welded to it gives way 0.6 mm/N
 EVERYTHING = 0x7FFFFFFF  # kinds of geoms that a finger touches
-OF_DEFAULTS = ("armature", "damping", "stiffness", "frictionloss", "limited", "range", "margin",
-               *("ref", "springref", "springdamper", "pos"))  # fmt: skip
 SUB_STEP_S = 1e-3  # longest step of the contact solver: what is hit is noticed in the next one
 IMPRATIO = 100.0
 SOLREF = (4e-3, 1.0)  # twice as slow as the fastest that the solver allows
@@ -80,20 +79,19 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
     for user in range(0 if bodies else setup.users):
         with refused(where, cannot_be="used"):  # a body of that name is there
             bodies.append(spec.worldbody.add_body(name=f"pmwvc_user{user + 1}"))
-        bodies[user].add_geom(
-            name=bodies[user].name, type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=FINGER_KG,
-            size=[server.finger_m, 0.0, 0.0], friction=[0.0, 0.0, 0.0],
-            contype=EVERYTHING, conaffinity=EVERYTHING, margin=0.0, gap=0.0, priority=0,
-            pos=[0.0, 0.0, 0.0], group=int(spec.compiler.inertiagrouprange[0]),
-        )  # fmt: skip
     slide, ball = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_BALL
-    plain = mujoco.MjSpec()  # whose joints have nothing of the file's defaults
-    bare = plain.worldbody.add_body().add_joint()
+    plain = mujoco.MjSpec()  # what is added has nothing of the file's defaults
     for body in bodies:
+        if not server.handles or body.mocap:
+            group = int(spec.compiler.inertiagrouprange[0])
+            kg, touched = (MOCAP_KG, 0) if body.mocap else (FINGER_KG, EVERYTHING)
+            body.add_geom(
+                plain.default, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[server.finger_m, 0.0, 0.0],
+                mass=kg, contype=touched, conaffinity=touched, friction=[0.0] * 3, group=group,
+            )  # fmt: skip
+        body.mocap = False  # a hand moves it, no program
         for kind in [slide] * 3 + [ball] * (setup.dof == AXES):
-            joint = body.add_joint(type=kind)
-            for name in OF_DEFAULTS:
-                setattr(joint, name, getattr(bare, name))
+            body.add_joint(plain.default, type=kind)
         body.gravcomp = 1.0
         for geom in body.geoms:
             geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
@@ -101,9 +99,10 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
     options = _set_options(mujoco, spec.option, setup.period_s)
     with refused(where, cannot_be="compiled"):
         model = spec.compile()
-    fingers = set() if server.handles else {body.id for body in bodies}
-    model.geom_group[np.isin(model.geom_bodyid, list(fingers))] = 0  # drawn
-    _check_masses(model, fingers, where)
+    ids = [body.id for body in bodies]
+    if not server.handles:
+        model.geom_group[np.isin(model.geom_bodyid, ids)] = 0  # drawn
+    _check_masses(model, {*ids}, where)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     shown = movable.id if movable else 0
@@ -166,7 +165,6 @@ def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
         if body.joints or body.parent is not spec.worldbody:
             needed = "must be a child of worldbody without joints: it gets its own"
             raise ParameterError(f"server.handles: {name!r} {needed}")
-        body.mocap = False  # a hand moves it, no program
         found.append(body)
     return found
 
@@ -185,16 +183,16 @@ def _set_options(mujoco: Any, option: Any, period_s: float) -> dict[str, Any]:
     return written | {"autoreset": "disable", "solref of what users hold": list(SOLREF)}
 
 
-def _check_masses(model: Any, fingers: set[int], where: str) -> None:
-    """Refuse masses too far apart of what moves and touches; bodies welded together are one."""
+def _check_masses(model: Any, held: set[int], where: str) -> None:
+    """Refuse masses that are too far apart, of bodies that move and touch; welded ones are one."""
     masses = np.bincount(model.body_weldid, model.body_mass, model.nbody)
     felt = np.maximum(masses, 1.0 / np.maximum(model.body_invweight0[:, 0], ROUNDING))  # by joints
     touching = model.geom_bodyid[(model.geom_contype | model.geom_conaffinity) > 0]
-    bodies = [*{*model.body_weldid[touching].tolist()} - fingers - {0}] or [0]
-    heavy, light = max(bodies, key=masses.__getitem__), min(bodies, key=felt.__getitem__)
-    if bodies[0] and (ratio := masses[heavy] / felt[light]) > LARGEST_RATIO:
-        names = [repr(model.body(n).name or f"body{n}") for n in (heavy, light)]
-        raise ParameterError(
-            f"{where}: {names[0]} has {ratio:.3g} times the mass of {names[1]}; "
-            f"above {LARGEST_RATIO:g} contacts are not solved: change a mass"
-        )
+    bodies = {*model.body_weldid[touching].tolist()} - {0}
+    if bodies - held:  # b makes these heavy
+        heavy = max(bodies, key=masses.__getitem__)
+        light = min(bodies - held, key=felt.__getitem__)
+        if (ratio := masses[heavy] / felt[light]) > LARGEST_RATIO:
+            names = [repr(model.body(n).name or f"body{n}") for n in (heavy, light)]
+            text = f"{names[0]} has {ratio:.3g} times the mass of {names[1]}; above"
+            raise ParameterError(f"{where}: {text} {LARGEST_RATIO:g} contacts are not solved")
