@@ -167,6 +167,10 @@ def test_bodies_that_moved_are_drawn_by_name_and_others_are_not(door):
     still = {name: rows[:100] for name, rows in traces.server.poses.items()}
     early = replace(traces, server=replace(traces.server, poses=still))
     assert "latch" not in lines(positions(early, scenario), 1)
+    crowd = {str(n): n * traces.server.poses["latch"] for n in range(3, 12)} | traces.server.poses
+    crowded = replace(traces, server=replace(traces.server, poses=crowd))
+    most = ["target", "3", "11", "10", "9", "8", "user1 device", "user1 avatar"]
+    assert list(lines(positions(crowded, scenario), 1)) == most
     plain = replace(traces, server=replace(traces.server, scene={}))  # as recorded before
     assert "object" in lines(positions(plain, scenario), 1)
 

@@ -39,8 +39,8 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     return Chart(
         "positions",
         "Positions",
-        "Each user's device and its avatar at the server, the object and its target. "
-        "A device ahead of its avatar shows the compliance of the link.",
+        "Each user's device and its avatar at the server, the object, its target, what else moved "
+        "most. A device ahead of its avatar shows the compliance of the link.",
         panels,
     )
 

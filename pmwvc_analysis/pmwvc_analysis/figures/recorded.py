@@ -17,7 +17,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces
 from pmwvc_core.words import count
 
-MOVED_M = 1e-3  # a body that moved less stood still
+MOVED_M, MOST_BODIES = 1e-3, 4  # a body that moved less stood still; drawn beside the object
 
 
 def names(traces: SessionTraces) -> list[str]:
@@ -33,16 +33,16 @@ def tint(traces: SessionTraces, name: str) -> str:
 
 
 def bodies(server: ServerTraces) -> tuple[str, dict[str, Array]]:
-    """Return the name of the object, and where the other bodies of a scene are that moved and that
-    nobody holds, from the devices' origin ``(step, 3)`` [m].
+    """Return the name of the object, and where those of a scene's other bodies are that moved most
+    and that nobody holds, from the devices' origin ``(step, 3)`` [m].
     """
-    if not server.scene or not server.poses:
-        return "object", {}
-    shapes, origin = server.scene.get("shapes", ()), server.scene.get("origin", (0.0, 0.0, 0.0))
+    scene, poses = server.scene or {}, server.poses if server.scene else {}
+    origin, shapes = scene.get("origin", (0.0, 0.0, 0.0)), scene.get("shapes", ())
     held = [shape["body"] for shape in shapes if shape.get("user", -1) >= 0]
-    free = [(name, rows[:, :3]) for name, rows in server.poses.items() if name not in held]
-    found = {name: x - origin for name, x in free if np.ptp(x, 0).max() > MOVED_M}
-    return free[0][0] if free else "object", {n: found[n] for n, _ in free[1:] if n in found}
+    free = {n: rows[:, :3] - origin for n, rows in poses.items() if n not in held}
+    by_way = sorted([*free][1:], key=lambda name: -np.ptp(free[name], 0).max())[:MOST_BODIES]
+    moved = {name: free[name] for name in by_way if np.ptp(free[name], 0).max() > MOVED_M}
+    return next(iter(free), "object"), moved
 
 
 def span(traces: SessionTraces) -> Span:

@@ -199,10 +199,9 @@ class MujocoScene:
         elif pairs := self._overlaps():
             geoms = [self.model.geom(each) for each in pairs[0] if each >= 0]
             names = [repr(g.name or f"a geom of {self._names[g.bodyid[0]]}") for g in geoms]
-            raise ParameterError(
-                f"server.scene = {setup.server.scene!r}: {' and '.join(names)} overlap, "
-                "which is energy that moves them; move one, or set server.settle = true"
-            )
+            text = f"{' and '.join([*names, 'a flex'][:2])} overlap, which is energy that moves them"
+            ways = "move one, or set server.settle = true"
+            raise ParameterError(f"server.scene = {setup.server.scene!r}: {text}; {ways}")
 
     def _require_motion(self) -> None:
         """Raise where the scene has become unstable, with the state of the last good step back."""
