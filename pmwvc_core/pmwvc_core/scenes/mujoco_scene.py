@@ -199,7 +199,7 @@ class MujocoScene:
         elif pairs := self._overlaps():
             geoms = [self.model.geom(each) for each in pairs[0] if each >= 0]
             names = [repr(g.name or f"a geom of {self._names[g.bodyid[0]]}") for g in geoms]
-            text = f"{' and '.join([*names, 'a flex'][:2])} overlap, which is energy that moves them"
+            text = f"{' and '.join([*names, 'a flex'][:2])} overlap, which moves them"
             ways = "move one, or set server.settle = true"
             raise ParameterError(f"server.scene = {setup.server.scene!r}: {text}; {ways}")
 
