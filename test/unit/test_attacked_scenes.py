@@ -205,6 +205,16 @@ def test_the_report_says_what_was_written_into_the_model(door):
     assert not nothing
 
 
+def test_how_other_bodies_of_a_scene_turn_is_not_drawn(tmp_path):
+    """A report of six axes and two bodies that move ended with an IndexError."""
+    file = Path(written(tmp_path))
+    pea = '<body name="pea" pos="0 0 1"><freejoint/><geom size="0.01" mass="0.2"/></body>'
+    file.write_text(file.read_text("utf-8").replace("</worldbody>", f"{pea}</worldbody>"), "utf-8")
+    scenario = load("lift", duration_s=0.5, settings_texts=[f"server.scene={file}", "dof=6"])
+    chart = positions(simulate([scenario])[0], scenario)
+    assert ["pea" in lines(chart, axis) for axis in range(6)] == [True] * 3 + [False] * 3
+
+
 def test_a_torque_at_its_limit_is_named_in_newton_metres():
     """Recorded at the lever [N]; with 0.01 mN m allowed one soon is, by default none."""
     found = {}

@@ -52,8 +52,8 @@ def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[C
         name, others = recorded.bodies(server)
         lines.append(_of_server(traces, "target", server.target[:, axis] * 1e3, "target", (), 4.0))
         lines.append(_of_server(traces, name, server.x_o[:, axis] * 1e3, "object", (), 2.8))
-        for (body, x), dash in zip(others.items(), itertools.cycle(DASHES[1:])):
-            lines.append(_of_server(traces, body, x[:, axis] * 1e3, "object", dash, 2.4))
+        for n, (body, x) in enumerate(others.items() if axis < 3 else (), 1):  # not how they turn
+            lines.append(_of_server(traces, body, x[:, axis] * 1e3, "object", DASHES[n], 2.4))
     users = {user.name: user for user in traces.users}
     for order, name in enumerate(group):
         tint = recorded.tint(traces, name)
