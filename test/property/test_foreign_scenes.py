@@ -8,6 +8,7 @@ from support.scenes import scene
 from support.simulated import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.events.events import complete
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.simulation.session import simulate_one
 
@@ -88,6 +89,17 @@ def test_no_channel_gives_out_more_than_it_got(tmp_path, name, dof):
     assert server_least_j(traces.server) >= -1e-12
     assert not traces.server.contained.any()
     assert max(np.abs(np.concatenate(traces.server.f_s)).max(axis=0)) > 0.1
+
+
+def test_hands_that_meet_nothing_touch_nothing(tmp_path):
+    """Late packets push fingers of a gram: their forces are no contacts."""
+    ghost = """<mujoco><option gravity="0 0 0"/><worldbody><body><freejoint/>
+    <geom size="0.03" mass="1" contype="0" conaffinity="0"/></body></worldbody></mujoco>"""
+    scenario = foreign(tmp_path, ghost, 3, "operator.squeeze=0")
+    traces = simulate_one(scenario)
+    assert np.any(traces.server.f_s)
+    kinds = {each["kind"] for each in complete(traces, scenario)}
+    assert not kinds & {"grip", "release", "slip", "drop"}, kinds
 
 
 def test_a_mocap_body_can_be_the_handle_that_leads_a_hand(tmp_path):

@@ -19,7 +19,6 @@ import numpy as np
 
 from pmwvc_analysis.events.nodes import Event, event
 from pmwvc_analysis.traces import thresholds as th
-from pmwvc_analysis.traces.felt import touching
 from pmwvc_analysis.traces.sums import runs, spans
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.quaternions import IDENTITY
@@ -43,25 +42,20 @@ def events(
     for body in sorted(bodies) if parts else ():
         touches, q = [], []
         for user, part in parts:
-            of = server, server.users.index(user.name), part, body
-            touches.append(_touches(*of, alone=len(bodies) == 1))
-            q.append(_place(*of, np.inf if own_law else user.contact.contact_stiffness))
+            index = server.users.index(user.name)
+            stiffness = np.inf if own_law else user.contact.contact_stiffness
+            touches.append(_touches(server, part, body))
+            q.append(_place(server, index, part, body, stiffness))
         names = [user.name for user, _ in parts]
         yield from _slips(server, body, names, np.stack(touches), np.stack(q))
         yield from _falls(server, body, np.any(touches, axis=0))
 
 
-def _touches(server: ServerTraces, user: int, part: str, body: str, *, alone: bool) -> Flags:
-    """Tell at which steps a user's part touches a body: by the contacts on record, or, without
-    any, by its force, where that can be on one body only. Contact that is soon made again stays.
-    """
+def _touches(server: ServerTraces, *pair: str) -> Flags:
+    """Tell at which steps two bodies touch by record; contact that is soon made again stays."""
     found = np.zeros(len(server.time_s), dtype=bool)
-    if len(server.contacts):
-        pair = sorted(map(list(server.poses).index, (part, body)))
-        both = (np.sort(server.contacts[:, 1:3]) == pair).all(axis=1)
-        found[server.contacts[both, 0].astype(int)] = True
-    elif alone:
-        found |= touching(server, user)
+    both = np.sort(server.contacts[:, 1:3]) == sorted(map(list(server.poses).index, pair))
+    found[server.contacts[both.all(axis=1), 0].astype(int)] = True
     for first, last in runs(found, server.time_s, th.DEBOUNCE_S):
         found[first:last] = True
     return found

@@ -117,9 +117,9 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
 
 
 def touching(server: ServerTraces, index: int) -> Flags:
-    """Tell at which steps an avatar touches: by its force where no contact is reported."""
+    """Tell at which steps an avatar touches: by its force where no contact is known."""
     touches = np.asarray(server.contact[index], dtype=bool)
-    if touches.any():
+    if touches.any() or server.poses:
         return touches
     return np.asarray(np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > th.TOUCH_N)
 

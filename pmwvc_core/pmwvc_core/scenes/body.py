@@ -85,8 +85,8 @@ class Box:
         self._there = np.zeros(users, bool)
         self._poses = Poses(np.zeros((1 + users, 3)), np.tile(np.eye(3), (1 + users, 1, 1)))
         self._rates, self._guess = np.zeros(6), np.zeros(6 + setup.dof * users)
-        self._stored_j = stored_j(self._begun()[0])
-        self.heat_j = 0.0
+        self._stored_j, self.heat_j = stored_j(self._begun()[0]), 0.0
+        self.touching = [False] * users
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
         self._names = ["box", *(f"user{1 + user}" for user in range(users))]
 
@@ -180,6 +180,7 @@ class Box:
         x, *_, after, poses = balanced(tried, self._guess, along, wanted, begun.friction)
         self._rates = 2.0 * x[:6] - self._rates
         self._poses, self._guess, self._forces = poses, x, after.force
+        self.touching = after.pressing[: len(shape.pads)].reshape(len(b), -1).any(axis=1).tolist()
         self._points = begun._replace(bristle=after.bristle)
         ended = points_at(poses, shape)
         self._stored_j = stored_j(self._points._replace(depth=self._depths(ended)))

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pmwvc_core.numeric import Integers
+from pmwvc_core.numeric import Flags, Integers
 
 MOST_CONTACTS = 16  # shown in a step
 FIRST_HIDDEN = 3  # group of geoms that MuJoCo's own pictures leave out, and those above
@@ -58,15 +58,15 @@ def _shape(model: Any, geom: int, names: Sequence[str]) -> dict[str, Any]:
     return shape
 
 
-def strongest(data: Any, place: Integers) -> list[float]:
-    """Return the strongest contacts of the last sub-step, 8 numbers each: two bodies, by what
-    ``place`` has of geoms (-1: one that is fixed), point [m], force on the second [N].
+def strongest(data: Any, place: Integers, held: Flags) -> list[float]:
+    """Return the strongest contacts of the last sub-step, first those of ``held`` geoms: two
+    bodies, by ``place`` of geoms (-1: fixed), point [m], force on the second [N]; 8 numbers each.
     """
     contact, forces = data.contact, np.append(data.efc_force, np.zeros(3))
     first, axes = contact.efc_address[:, None], np.arange(3)  # normal first: elliptic cones
     along = forces[first + axes] * (first >= 0) * (axes < contact.dim[:, None])
-    order = np.argsort(-along[:, 0])[:MOST_CONTACTS]
-    order = order[along[order, 0] > 0.0]
+    order = np.lexsort((-along[:, 0], ~held[contact.geom].any(axis=1)))
+    order = order[along[order, 0] > 0.0][:MOST_CONTACTS]
     force = np.einsum("ni,nij->nj", along[order], contact.frame[order].reshape(-1, 3, 3))
     rows = np.hstack([place[contact.geom[order]], contact.pos[order], force])
     return list(rows.ravel().tolist())

@@ -48,8 +48,7 @@ def moved(poses: Poses, x: Array, h: float, p: Shape) -> Poses:
     """Return the poses after a step by mean velocities."""
     rates, turning = x[6:].reshape(-1, p.dof), np.zeros(poses.at.shape)
     turning[0] = poses.turned[0] @ x[3:6]
-    if p.dof == AXES:
-        turning[1:] = rates[:, 3:]
+    turning[1:, : p.dof - 3] = rates[:, 3:]
     at = poses.at + h * np.concatenate([x[None, :3], rates[:, :3]])
     return Poses(at, cayley(h * turning) @ poses.turned)
 

@@ -34,8 +34,7 @@ IMPRATIO = 100.0
 SOLREF = (4e-3, 1.0)  # twice as slow as the fastest that the solver allows
 SOLIMP = (0.998, 0.9995, 0.001, 0.5, 2.0)  # 2 N sink 0.06 mm
 OVERRIDES = 1e6  # weight of a contact's parameters against those of the other geom
-ROUNDING = 1e-9
-LARGEST_RATIO = 1e4  # of two masses
+ROUNDING, LARGEST_RATIO = 1e-9, 1e4  # the latter of two masses
 
 
 class Grasp(NamedTuple):

@@ -32,9 +32,8 @@ from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_mode
 from pmwvc_core.server.black_box import EnvironmentSetup, matrices_of, times_rows
 
 OVERLAP_M = 1e-4  # that is none
-SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
-LARGEST_M_S = 1e3  # faster is no motion
+SETTLE_S, LARGEST_M_S = 2.0, 1e3  # faster is no motion
 W_LAST, W_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]  # of quaternions: w is first in MuJoCo
 
 
@@ -74,12 +73,15 @@ class MujocoScene:
         self._turned = self.data.xquat[self._shown, W_LAST].tolist()
         self._good = np.empty(self._mujoco.mj_stateSize(self.model, self._whole))
         self._require_motion()
-        self.poses, self.contacts = self._poses(), strongest(self.data, self._place)
+        self._note()
 
-    def _poses(self) -> dict[str, list[float]]:
-        """Return where the bodies are that move, ``x y z`` [m] and quaternion ``w x y z``."""
+    def _note(self) -> None:
+        """Note contacts, and the poses of what moves: x y z [m], quaternion w x y z, by name."""
         rows = np.concatenate([self.data.xpos, self.data.xquat], axis=1).tolist()
-        return {self._names[body]: rows[body] for body in self._moving}
+        self.poses = {self._names[body]: rows[body] for body in self._moving}
+        self.contacts = strongest(self.data, self._place, self._whose >= 0)
+        ends = {*self.contacts[::8], *self.contacts[1::8]}
+        self.touching = [self._moving.index(held.body) in ends for held in self.held]
 
     @property
     def turned(self) -> Array:
@@ -105,8 +107,7 @@ class MujocoScene:
 
     def leave(self, user: int) -> None:
         """Hold still what a user held."""
-        held = self.held[user]
-        self._there[user] = False
+        held, self._there[user] = self.held[user], False
         self.data.qvel[held.dofs] = self.data.qfrc_applied[held.dofs] = 0.0
         self._weigh(held, np.full(self._dof, STILL_KG))
         self._touches(held, False)
@@ -125,7 +126,7 @@ class MujocoScene:
         rates: Array = scale / steps * self._sub_steps(drive * scale, along, steps)
         self._require_motion()
         self._mujoco.mj_kinematics(model, data)
-        self.poses, self.contacts = self._poses(), strongest(self.data, self._place)
+        self._note()
         self._show(dt)
         return rates
 

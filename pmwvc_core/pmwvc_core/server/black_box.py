@@ -18,16 +18,8 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
+from pmwvc_core.law.black_box import touched
 from pmwvc_core.law.black_box.black_box import BlackBoxParams
-from pmwvc_core.law.black_box.touched import (
-    Avatars,
-    Reply,
-    Vectors,
-    Visitors,
-    exchange,
-    solved_line,
-    visited,
-)
 from pmwvc_core.law.vectors import Vector, zero
 from pmwvc_core.law.wave.wave import rooted
 from pmwvc_core.numeric import Array
@@ -121,9 +113,9 @@ def times_rows(matrices: Array, rows: Array) -> Array:
     return np.asarray((matrices @ rows[:, :, np.newaxis])[:, :, 0])
 
 
-@visited.member(Outside)
+@touched.visited.member(Outside)
 def _visited(
-    s: Outside, there: tuple[bool, ...], begins: tuple[bool, ...], positions: Vectors
+    s: Outside, there: tuple[bool, ...], begins: tuple[bool, ...], positions: touched.Vectors
 ) -> Outside:
     for user, was in enumerate(s.there):
         if was and (begins[user] or not there[user]) and hasattr(s.environment, "leave"):
@@ -138,8 +130,8 @@ def _visited(
 
 
 def _answer(
-    s: Outside, avatars: Avatars, start: Array, velocity: Array, p: BlackBoxParams
-) -> tuple[Reply, Iterable[bool]]:
+    s: Outside, avatars: touched.Avatars, start: Array, velocity: Array, p: BlackBoxParams
+) -> tuple[touched.Reply, Iterable[bool]]:
     """Pass joins and leaves on, solve the loop with the local slope if there is one, and step;
     return the checked answer, and for which users the force cannot be used. ``start`` is where the
     avatars are without their new velocity [m], ``velocity`` that without a slope [m/s], each
@@ -166,7 +158,7 @@ def _answer(
         if not np.isfinite(force + slope).all():
             raise BadAnswer("returned a slope from local that is not finite")
         rows = zip(avatars, rows_of(force), rows_of(np.maximum(slope, 0.0)), strict=True)
-        velocity = np.array([solved_line(a, f, g, p.identity) for a, f, g in rows])
+        velocity = np.array([touched.solved_line(a, f, g, p.identity) for a, f, g in rows])
     position = start + p.new_s * velocity
     position.flags.writeable = velocity.flags.writeable = False
     force = signal(environment.step(position, velocity, h), start.shape)
@@ -174,27 +166,33 @@ def _answer(
 
 
 def _replied(
-    environment: BlackBox, avatars: Avatars, velocity: Array, end: Array, force: Array,
+    environment: BlackBox, avatars: touched.Avatars, velocity: Array, end: Array, force: Array,
     solved: bool,
-) -> tuple[Reply, Iterable[bool]]:  # fmt: skip
+) -> tuple[touched.Reply, Iterable[bool]]:  # fmt: skip
     good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
     rows = zip(avatars, rows_of(velocity), rows_of(np.where(good, force, np.nan)), strict=True)
     moved = tuple(a._replace(xd=xd, f=f) for a, xd, f in rows)
     stored_j, (x, xd) = _stored_j(environment), _shown(environment, force.shape[1:])
-    return Reply(True, moved, rows_of(end), stored_j, x, xd, solved), ~good[:, 0]
+    return touched.Reply(True, moved, rows_of(end), stored_j, x, xd, solved), ~good[:, 0]
 
 
-@exchange.member(Outside)
+@touched.exchange.member(Outside)
 def _exchange(
-    s: Outside, visitors: Visitors, velocities: Vectors, p: BlackBoxParams
-) -> tuple[Outside, Reply]:
+    s: Outside, visitors: touched.Visitors, velocities: touched.Vectors, p: BlackBoxParams
+) -> tuple[Outside, touched.Reply]:
     avatars, _, starts = visitors
     ask = partial(_answer, s, avatars, np.array(starts), np.array(velocities), p)
     rest = zero(starts[0])
-    damper = Reply(False, avatars, starts, -1.0, rest, rest, False)
+    damper = touched.Reply(False, avatars, starts, -1.0, rest, rest, False)
     reply, bad = s.faults.guarded(partial(s.call, ask), (damper, ()))
     s.faults.note_users(bad, "no usable force (not finite, or beyond 1e6 N)")
     return s, reply
+
+
+@touched.touches.member(Outside)
+def _touched(s: Outside, user: int, pushed: bool) -> bool:
+    said = getattr(s.environment, "touching", ())
+    return bool(said[user]) if user < len(said) else pushed
 
 
 def _of_outside(box: Any, name: str, nothing: Any) -> Any:
@@ -216,7 +214,7 @@ def description_of(box: Any) -> dict[str, Any]:
         return dict(json.loads(json.dumps(_of_outside(box, "description", {}), allow_nan=False)))
 
 
-def rows_of(values: Array) -> Vectors:
+def rows_of(values: Array) -> touched.Vectors:
     """Return an array ``(rows, columns)`` as the laws have it."""
     return tuple(map(tuple, values.tolist()))
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated
 from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted, ratio_in_use
-from pmwvc_core.law.black_box.touched import Visitors, exchange, moved_on, visited
+from pmwvc_core.law.black_box.touched import Visitors, exchange, moved_on, touches, visited
 from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
 from pmwvc_core.law.safety.brakes import unbraked
@@ -171,6 +171,7 @@ def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
 @server_port.port_shown.member(BlackBoxParams)
 def _shown(p: BlackBoxParams, s: SharedScene, user: int) -> server_port.PortShown:
     port = s.ports[user]
-    touches = port.avatar.present and port.avatar.f != zero(port.avatar.f)
+    a = port.avatar
+    feels = a.present and touches(s.body.environment, user, a.f != zero(a.f))
     ratio = learned(s.body.users[user].secant) if p.learns else 0.0
-    return server_port.PortShown(port.v_s, touches, ratio)
+    return server_port.PortShown(port.v_s, feels, ratio)
