@@ -54,6 +54,15 @@ def scaled(a: Vector, factor: float) -> Vector:
     return tuple([x * factor for x in a])
 
 
+def inverse(a: Vector) -> Vector:
+    """Return the inverse of each axis."""
+    return each(_inverse, (a,))
+
+
+def _inverse(x: float) -> float:
+    return 1.0 / x
+
+
 def between(a: Vector, b: Vector, ratio: float) -> Vector:
     """Return a + (b - a) ratio: on the way from a to b."""
     return plus(a, scaled(minus(b, a), ratio))

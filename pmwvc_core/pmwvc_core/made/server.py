@@ -20,7 +20,7 @@ from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.constants import SETTLE_S
 from pmwvc_core.law.channel.packet import Packing
 from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
-from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
+from pmwvc_core.law.safety.brakes import Groups, loose_avatar
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.coupling import Implicit, weights
 from pmwvc_core.law.server.server_port import EnvironmentParams, SharedScene, UserPort
@@ -28,7 +28,7 @@ from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave.following import FREE
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
-from pmwvc_core.made.user import arrivals_params, end_law, packing_params, values_of
+from pmwvc_core.made.user import arrivals_params, end_law, groups_of, packing_params, values_of
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import KNOWN
@@ -40,7 +40,7 @@ from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.server.turned import Turned
 from pmwvc_core.wave import impedance as impedances
-from pmwvc_core.wave.impedance import MatrixImpedance
+from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
 
 
 def coupling_of(server: ServerParams, faults: Faults | None = None) -> Any:
@@ -88,7 +88,7 @@ def server_params(
     times (a scenario, or what a node was given), ``faults`` counts those of a coupling.
     """
     strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
-    times, guests = session.times, []
+    times, guests, groups = session.times, [], brakes_of(users, session)
     rules = times.timeout_s, SETTLE_S, server.store_j
     for user in users:
         arrivals = arrivals_params(session, user.server_impedance, *rules)
@@ -107,26 +107,41 @@ def server_params(
         wall, h = body_law(math.inf, 0.0, server.period_s), server.period_s
         treated = Terms(h, h * server.allowance_w, server.allowance_j, server.tank_cap_j)
         environment = BlackBoxParams(
-            law, treated, wall, strict, *moves, sloped,
+            law, treated, wall, strict, groups, *moves, sloped,
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
-        environment = EnvironmentParams(coupling_of(server, faults), object_of(server), strict)
+        coupling, body = coupling_of(server, faults), object_of(server)
+        environment = EnvironmentParams(coupling, body, strict, groups)
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )
 
 
-def are_coupled(users: Sequence["scenarios.User"]) -> bool:
-    """Tell whether an impedance matrix, which is fixed, couples the axes of any user."""
+def brakes_of(users: Sequence["scenarios.User"], session: Any) -> Groups:
+    """Return the axes of each brake of an avatar: all, but on the strict channel force and torque
+    apart unless a matrix couples them.
+    """
+    apart = is_strict(session.controller, session.channel)
+    for b in (user.server_impedance for user in users):
+        if isinstance(b, MatrixImpedance):
+            apart &= not np.any(np.abs(b.matrix[:3, 3:]) > ROUNDING * b.values[-1])
+    return groups_of(session.dof) if apart else ((1.0,) * session.dof,)
+
+
+def are_coupled(users: Sequence["scenarios.User"], session: Any) -> bool:
+    """Tell whether ports have matrices: one, which is fixed, couples the axes of any user, or
+    brakes may hold force and torque apart.
+    """
     ends = (end for user in users for end in (user.master, user.contact))
-    return any(end.impedance_matrix.strip() for end in ends)
+    matrix = any(end.impedance_matrix.strip() for end in ends)
+    return matrix or len(brakes_of(users, session)) > 1
 
 
-def port_impedance(b: Any, users: Sequence["scenarios.User"], axes: int) -> Any:
+def port_impedance(b: Any, users: Sequence["scenarios.User"], session: Any) -> Any:
     """Return the impedance of a port for the laws: a matrix also of a number, if any is one."""
-    if are_coupled(users) and not isinstance(b, MatrixImpedance):
-        b = MatrixImpedance(np.full(axes, b), np.eye(axes))
+    if are_coupled(users, session) and not isinstance(b, MatrixImpedance):
+        b = MatrixImpedance(np.full(session.dof, b), np.eye(session.dof))
     return made_impedance(b)
 
 
@@ -145,7 +160,7 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
     server, axes, name = session.server, session.dof, session.server.environment
     own = getattr(session.own, name, None)
     sides, contacts = zip(*((user.side, user.contact) for user in users), strict=True)
-    b = [port_impedance(user.server_impedance, users, axes).b for user in users]
+    b = [port_impedance(user.server_impedance, users, session).b for user in users]
     setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own, b)
     outside = environment_of(name).outside
     assert outside is not None
@@ -154,8 +169,11 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
         where = f"server.environment = {name!r} answers an impedance"
         if server.integrator != "backward_euler":
             raise ParameterError(f"{where}: set server.integrator = backward_euler")
-        if are_coupled(users) and not getattr(environment, "couples", False):
-            raise ParameterError(f"{where}, one number for all axes: remove impedance_matrix")
+        if are_coupled(users, session) and not getattr(environment, "couples", False):
+            raise ParameterError(
+                f"{where}, one number for all axes: remove impedance_matrix, and of six axes "
+                "channel = strict"
+            )
     return environment
 
 
@@ -188,12 +206,12 @@ def resting_server(
     rest, (up, down) = (0.0,) * axes, record.extra(axes)
     ports, guests, size_m = [], [], session.server.object_size_m
     for user, guest in zip(users, p.guests, strict=True):
-        kept: Any = AvatarBrake(resting_brake(rest), 0.0)
+        kept: Any = loose_avatar(rest, brakes_of(users, session))
         if record.avatar is not None or record.law is not None:
             kept = record.avatar_rest(values_of(user, record), axes)
         if record.avatar is not None:
             kept = Kept(kept, kept)
-        b = port_impedance(user.server_impedance, users, axes)
+        b = port_impedance(user.server_impedance, users, session)
         contact = contact_of(user.contact, side=user.side, size=size_m, axes=axes)
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         sums, extra = (0.0, 0.0, -1.0), (0.0,) * down

@@ -19,7 +19,7 @@ from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.port_filters import FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
-from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
+from pmwvc_core.law.safety.brakes import HAND_RETURN_S, Groups, loose_brake
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, Part
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
@@ -34,6 +34,13 @@ from pmwvc_core.wave.impedance import largest_wave
 NEVER = 1 << 62  # ticks
 ROUNDING = 1e-9  # of times, relative
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
+
+
+def groups_of(axes: int) -> Groups:
+    """Return the axes of what is limited and braked together: of six force and torque apart."""
+    if axes != AXES:
+        return ((1.0,) * axes,)
+    return (1.0,) * 3 + (0.0,) * 3, (0.0,) * 3 + (1.0,) * 3
 
 
 def values_of(user: "scenarios.User", record: Controller) -> Any:
@@ -109,11 +116,9 @@ def made_user(
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
     stiffness = impedances.smallest(b) * (1.0 / STALL_S) if strict else 0.0
-    groups: Any = (((1.0,) * axes, 1.0),)
-    if axes == AXES:
-        lever_m = session.server.lever_m
-        share = safety.torque_n_m(lever_m) / (safety.max_force * lever_m)
-        groups = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, share)
+    lever_m = session.server.lever_m
+    shares = 1.0, safety.torque_n_m(lever_m) / (safety.max_force * lever_m)
+    groups = tuple(zip(groups_of(axes), shares, strict=False))
     of_limits = limits_params(safety, tick_s, packet_s, stiffness, groups)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     parts = (Part(loose_brake(nothing)),) * len(groups)

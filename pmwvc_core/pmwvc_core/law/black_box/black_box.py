@@ -21,7 +21,7 @@ from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted
 from pmwvc_core.law.black_box.touched import Visitors, exchange, moved_on, visited
 from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
-from pmwvc_core.law.safety.brakes import unbraked
+from pmwvc_core.law.safety.brakes import Groups, unbraked
 from pmwvc_core.law.server import server_port
 from pmwvc_core.law.server.contacts import Avatar, slid
 from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, brakes_j, taken_port
@@ -59,7 +59,8 @@ class BlackBoxParams(NamedTuple):
     environment: Any
     compensation: Terms
     body: BodyLaw  # its period is the time step
-    brakes: bool  # of the avatars (the strict channel)
+    brakes: bool  # of the avatars (the strict channel), and of what
+    groups: Groups
     old_s: float  # weights of old and new velocity in an avatar's displacement
     new_s: float
     sloped: bool  # the environment reports its slope
@@ -70,7 +71,7 @@ class BlackBoxParams(NamedTuple):
 @server_port.environment_step.member(BlackBoxParams)
 def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     box, h = s.body, p.body.period_s
-    ports, avatars, ratios = columns(each(taken_port, (s.ports, came), p))
+    ports, avatars = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
     starts = each(moved_on, (avatars, at), p.old_s)
@@ -88,7 +89,7 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     ports, waves, sums = columns(each(_taken, replies, reply.answered, p))
     held_j = stored_j if stored_j < 0.0 else _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
-    ports = each(_give, (s.ports, ports, came, ratios, returned), p)
+    ports = each(_give, (s.ports, ports, came, returned), p)
     environment_j, late_j, withheld_j, contained_j = box.accounts
     for i in range(len(waves)):
         environment_j += sums[i].environment_j
@@ -143,14 +144,13 @@ def _held(
 
 
 def _give(
-    before: UserPort, port: UserPort, came: Came, ratio: float, v_s: Vector, p: BlackBoxParams
+    before: UserPort, port: UserPort, came: Came, v_s: Vector, p: BlackBoxParams
 ) -> UserPort:
-    a, b, h, brake = port.avatar, before.avatar.impedance, p.body.period_s, port.brake
+    a, b, h, wave = port.avatar, before.avatar.impedance, p.body.period_s, came.wave
     if not a.present:
         return port
-    wave, kept = came.wave, a.kept
-    if ratio > 1.0:
-        brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, h)
+    brake, _, v_s = unbraked(port.brake, a.impedance, wave, a.u, v_s, h, p.groups)
+    kept = a.kept
     if p.learns:
         late = minus(scaled(free_velocity(b, plus(wave, v_s)), 0.5), a.xd)
         kept = plus(kept, scaled(late, h))

@@ -11,7 +11,7 @@ At the device an elastic-plastic spring z beside the damper b gives what is miss
     z shortened to |k z| <= F_L, |f + k z| <= max(F_L, |f|)      f: asked for without it
 
 At the avatar a damper (N - 1) b beside the port, which the coupling solves with the impedance N b;
-the last term is heat::
+the last term is heat. Force and torque of six axes have one each, of their own N::
 
     u' = u/sqrt(N),   v = (u' + v')/sqrt(N) - u
     (|u|^2 - |v|^2)/2 = (|u'|^2 - |v'|^2)/2 + (N - 1)/(2 N) |u' + v'|^2
@@ -31,7 +31,11 @@ from pmwvc_core.law.family import Family, same
 from pmwvc_core.law.vectors import (
     Vector,
     between,
+    columns,
     dot,
+    each,
+    filled,
+    inverse,
     length,
     measured,
     minus,
@@ -39,9 +43,12 @@ from pmwvc_core.law.vectors import (
     scaled,
     shortened,
     squared,
+    times,
     zero,
 )
 from pmwvc_core.law.wave.wave import affordable, damper, firmer, free_velocity
+
+Groups = tuple[Vector, ...]  # 1 for each axis of a brake, else 0
 
 MEAN_S, HAND_RETURN_S = 0.5 * SETTLE_S, 2.0 * SETTLE_S
 FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
@@ -112,10 +119,16 @@ def hand_braked(
 
 
 class AvatarBrake(NamedTuple):
-    """Its largest force, and its heat since the start [J]."""
+    """Largest force and N of each group of axes, and the heat since the start [J]."""
 
-    largest: BrakeForce
+    largest: tuple[BrakeForce, ...]  # growing and fading together
+    ratios: Vector
     heat_j: float
+
+
+def loose_avatar(nothing: Vector, groups: Groups) -> AvatarBrake:
+    """Return brakes that hold nothing."""
+    return AvatarBrake((resting_brake(nothing),) * len(groups), (1.0,) * len(groups), 0.0)
 
 
 # (s) -> s: the user left; also of what a controller without waves keeps of an avatar
@@ -125,32 +138,59 @@ released_brake = Family("released_brake", same)
 @released_brake.member(AvatarBrake)
 def _released(s: AvatarBrake) -> AvatarBrake:
     """Let go at once; what became heat stays counted."""
-    return AvatarBrake(resting_brake(s.largest.mean), s.heat_j)
+    return AvatarBrake(each(_let_go, (s.largest,)), filled(s.ratios, 1.0), s.heat_j)
 
 
-def brake_ratio(
-    s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
-) -> tuple[AvatarBrake, float]:
-    """Return N for a step of h [s], from the wave received and the contact force before."""
-    largest = brake_force(s.largest, waits, f_s, h, SETTLE_S)
+def _let_go(s: BrakeForce) -> BrakeForce:
+    return resting_brake(s.mean)
+
+
+def holding(
+    s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float, groups: Groups
+) -> AvatarBrake:
+    """Go one step of h [s] on, from the wave received and the contact force before."""
+    largest, ratios = columns(each(_ratio, (s.largest, groups), b, u, f_s, waits, h))
+    return AvatarBrake(largest, ratios, s.heat_j)
+
+
+def _ratio(
+    s: BrakeForce, axes: Vector, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
+) -> tuple[BrakeForce, float]:
+    f = times(f_s, axes)
+    largest = brake_force(s, waits, f, h, SETTLE_S)
     limit, ratio = brake_limit(largest), 1.0
     if limit > 0.0:
-        left = minus(f_s, damper(b, free_velocity(b, u)))
-        if dot(left, f_s) > 0.0:
+        left = times(minus(f_s, damper(b, free_velocity(b, u))), axes)
+        if dot(left, f) > 0.0:
             size = length(left)
             ratio = size / max(size - limit, size * (1.0 / FIRMEST))
-    return AvatarBrake(largest, s.heat_j), ratio
+    return largest, ratio
 
 
-def braked(b: Any, u: Vector, ratio: float) -> tuple[Any, Vector]:
+def _by_axis(ratios: Vector, groups: Groups) -> Vector:
+    n = scaled(groups[0], ratios[0])
+    for i in range(1, len(groups)):
+        n = plus(n, scaled(groups[i], ratios[i]))
+    return n
+
+
+def braked(s: AvatarBrake, b: Any, u: Vector, groups: Groups) -> tuple[Any, Vector]:
     """Return impedance and wave behind the damper."""
-    return firmer(b, ratio), scaled(u, 1.0 / math.sqrt(ratio))
+    if max(s.ratios) <= 1.0:
+        return b, u
+    n = _by_axis(s.ratios, groups)
+    return firmer(b, n), times(u, inverse(each(math.sqrt, (n,))))
 
 
 def unbraked(
-    s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, h: float
+    s: AvatarBrake, b: Any, u: Vector, inner: Vector, v: Vector, h: float, groups: Groups
 ) -> tuple[AvatarBrake, Any, Vector]:
-    """Return impedance and wave in front of the damper, given the wave received and u' + v'."""
-    heat_j = s.heat_j + (1.0 - 1.0 / ratio) * (0.5 * h) * squared(both)
-    wave = minus(scaled(both, 1.0 / math.sqrt(ratio)), u)
-    return AvatarBrake(s.largest, heat_j), firmer(b, 1.0 / ratio), wave
+    """Return impedance and wave in front of the damper, given u, and u' and v' behind it."""
+    if max(s.ratios) <= 1.0:
+        return s, b, v
+    both, n, heat_j = plus(inner, v), _by_axis(s.ratios, groups), s.heat_j
+    for i in range(len(groups)):
+        moved = times(both, groups[i])
+        heat_j += (1.0 - 1.0 / s.ratios[i]) * (0.5 * h) * squared(moved)
+    wave = minus(times(both, inverse(each(math.sqrt, (n,)))), u)
+    return s._replace(heat_j=heat_j), firmer(b, inverse(n)), wave
