@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import block_diag
-from support.law_rigs import Users
+from support.law_rigs import Users, loose_avatar
 
 from pmwvc_core.law.channel.constants import STALL_S
 from pmwvc_core.law.safety.brakes import (
@@ -19,8 +19,6 @@ from pmwvc_core.law.safety.brakes import (
     brake_stored_j,
     braked,
     hand_braked,
-    holding,
-    loose_avatar,
     loose_brake,
     unbraked,
 )
@@ -116,13 +114,13 @@ def test_the_brake_of_an_avatar_turns_into_heat_what_its_port_loses(seed, dof, r
         both = block_diag(*(10.0 * np.eye(3) + roots @ roots.swapaxes(1, 2)))
         b = made_impedance(MatrixImpedance(*np.linalg.eigh(both)))
     for _ in range(runs):
-        brake = loose_avatar((0.0,) * dof, groups)
+        brake = loose_avatar(dof)
         for step in range(60):
             u, f, back = (tuple(rng.normal(size=dof).tolist()) for _ in range(3))
-            brake = holding(brake, b, u, f, step % 9 in (4, 5), PERIOD_S, groups)
-            n = np.repeat(brake.ratios, dof // len(groups))
+            waits = step % 9 in (4, 5)
+            brake, inner, given = braked(brake, b, u, f, waits, PERIOD_S, groups)
+            n = np.array(brake.n)
             assert min(n) >= 1.0
-            inner, given = braked(brake, b, u, groups)
             velocity = scaled(free_velocity(inner, plus(given, back)), 0.5)
             before = brake.heat_j
             brake, own, v = unbraked(brake, inner, u, given, back, PERIOD_S, groups)
@@ -163,13 +161,12 @@ def test_a_silent_avatar_holds_its_grip_and_returns_no_more_than_came(coupling):
 
 
 def test_a_wave_that_pushes_meets_no_brake():
-    groups, b = groups_of(1), impedance(B)
-    brake = loose_avatar((0.0,), groups)
+    brake, b = loose_avatar(1), impedance(B)
 
     def ratio(u, waits):
         nonlocal brake
-        brake = holding(brake, b, (u,), (1.0,), waits, PERIOD_S, groups)
-        return brake.ratios[0]
+        brake, *_ = braked(brake, b, (u,), (1.0,), waits, PERIOD_S, groups_of(1))
+        return brake.n[0]
 
     for _ in range(50):
         assert ratio(0.2, False) == 1.0

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.law_rigs import ForceLimits, Users
+from support.law_rigs import ForceLimits, Users, loose_avatar
 from support.session_given import session_given
 from support.strategies import text_of
 
-from pmwvc_core.law.safety.brakes import holding, loose_avatar
+from pmwvc_core.law.safety.brakes import braked
 from pmwvc_core.law.server.server_port import Came, environment_step
 from pmwvc_core.law.wave.wave import impedance
-from pmwvc_core.made.server import server_params
+from pmwvc_core.made.server import brakes_of
 from pmwvc_core.made.user import groups_of, made_user
 from pmwvc_core.params import ContactParams, SafetyParams, ServerParams
 from pmwvc_core.scenario.reader import parse_scenario
@@ -98,29 +98,27 @@ def test_the_brake_holds_force_and_torque_each_by_what_was_felt_of_it():
 @given(seed=st.integers(0, 10_000), size=st.sampled_from((0.1, 1.0, 5.0)))
 def test_the_brakes_of_an_avatar_are_each_what_it_would_be_alone(seed, size):
     rng, b, groups = np.random.default_rng(seed), impedance(B), groups_of(6)
-    both = loose_avatar((0.0,) * 6, groups)
-    alone, of_three = [loose_avatar((0.0,) * 3, groups_of(3))] * 2, groups_of(3)
+    both, alone = loose_avatar(6), [loose_avatar(3)] * 2
     for step in range(80):
         u, f = (tuple((size * rng.normal(size=6)).tolist()) for _ in range(2))
         how = step % 20 > 10, PERIOD_S
-        both = holding(both, b, u, f, *how, groups)
+        both, *_ = braked(both, b, u, f, *how, groups)
         for i in range(2):
             part = slice(3 * i, 3 * i + 3)
-            alone[i] = holding(alone[i], b, u[part], f[part], *how, of_three)
-            assert both.ratios[i] == alone[i].ratios[0]
+            alone[i], *_ = braked(alone[i], b, u[part], f[part], *how, groups_of(3))
+            assert both.n[part] == alone[i].n
 
 
-def twisted(turns_n, *, groups=None):
+def twisted(turns_n, *, brakes=None):
     """Two hands hold a cube with 2 N, the waves of one fail, and the other one turns it with a
     torque of so much at the lever: return force and torque of the one after a second [N].
     """
     server = ServerParams(object_mass=0.2)
     users = Users(server, [ContactParams()] * 2, b=B, axes=6, channel="strict")
-    if groups:
-        users.p = users.p._replace(groups=groups)
-        loose = loose_avatar((0.0,) * 6, groups)
-        ports = tuple(port._replace(brake=loose) for port in users.s.ports)
-        users.s = users.s._replace(ports=ports)
+    if brakes:
+        users.p = users.p._replace(brakes=brakes)
+        ports = (port._replace(brake=loose_avatar(6, brakes)) for port in users.s.ports)
+        users.s = users.s._replace(ports=tuple(ports))
     for user, at in enumerate((-0.05, 0.05)):
         users.join(user, np.array([at, 0.0, 0.0, 0.0, 0.0, 0.0]))
     for step in range(375):
@@ -145,26 +143,25 @@ def test_a_silent_handle_that_is_turned_keeps_its_grip_and_one_that_felt_no_torq
         force, torque = twisted(turns)
         assert force == pytest.approx(2.0, rel=0.01)
         assert torque == pytest.approx(-0.5 * turns, abs=1e-3)  # shared by two dampers b
-    assert twisted(1.0, groups=one)[1] < -0.99
-    assert twisted(12.0, groups=one)[0] < 1.3
+    assert twisted(1.0, brakes=one)[1] < -0.99
+    assert twisted(12.0, brakes=one)[0] < 1.3
 
 
-def silent_environment(matrix="", **given):
+def brakes_given(matrix="", **given):
     text = {"master": {"impedance_matrix": matrix}} if matrix else {}
     scenario = parse_scenario({"name": "small", "duration_s": 1.0, **text, **given})
-    return server_params(scenario.users, scenario, scenario.server).environment
+    return brakes_of(scenario.users, scenario)
 
 
 def test_brakes_are_apart_on_the_strict_channel_where_no_matrix_couples_force_and_torque():
     rows = 20.0 * np.eye(6)
     rows[0, 1] = rows[1, 0] = 3.0
-    apart, one = groups_of(6), ((1.0,) * 6,)
-    for couples, groups in ((False, apart), (True, one)):
+    for couples, brakes in ((False, groups_of(6)), (True, ((1.0,) * 6,))):
         rows[0, 5] = rows[5, 0] = 2.0 * couples
-        assert silent_environment(text_of(rows), channel="strict", dof=6).groups == groups
-    assert silent_environment(channel="strict", dof=6).groups == apart
-    assert silent_environment(channel="plain", dof=6).groups == one
-    assert silent_environment(channel="strict", dof=3).groups == ((1.0,) * 3,)
+        assert brakes_given(text_of(rows), channel="strict", dof=6) == brakes
+    assert brakes_given(channel="strict", dof=6) == groups_of(6)
+    assert brakes_given(channel="strict", dof=3) == ((1.0,) * 3,)
+    assert brakes_given(channel="plain", dof=6) == ((0.0,) * 6,)
 
 
 @pytest.mark.parametrize(("max_torque", "share"), [(0.0, 1.0), (0.1, 0.25)])

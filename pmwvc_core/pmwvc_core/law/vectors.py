@@ -8,7 +8,7 @@
 
 import math
 from collections.abc import Callable
-from operator import add, mul, sub
+from operator import add, mul, sub, truediv
 from typing import Any, TypeAlias
 
 Vector: TypeAlias = tuple[float, ...]
@@ -55,12 +55,8 @@ def scaled(a: Vector, factor: float) -> Vector:
 
 
 def inverse(a: Vector) -> Vector:
-    """Return the inverse of each axis."""
-    return each(_inverse, (a,))
-
-
-def _inverse(x: float) -> float:
-    return 1.0 / x
+    """Return 1/a of each axis."""
+    return each(truediv, (filled(a, 1.0), a))
 
 
 def between(a: Vector, b: Vector, ratio: float) -> Vector:

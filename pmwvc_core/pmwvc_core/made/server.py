@@ -20,17 +20,20 @@ from pmwvc_core.law.channel.arrivals import start_of
 from pmwvc_core.law.channel.constants import SETTLE_S
 from pmwvc_core.law.channel.packet import Packing
 from pmwvc_core.law.motion import Body, BodyLaw, body_law, changed_body
-from pmwvc_core.law.safety.brakes import Groups, loose_avatar
+from pmwvc_core.law.safety.brakes import AvatarBrake, resting_brake
 from pmwvc_core.law.server.contacts import Avatar, Contact
 from pmwvc_core.law.server.coupling import Implicit, weights
 from pmwvc_core.law.server.server_port import EnvironmentParams, SharedScene, UserPort
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave.following import FREE
+from pmwvc_core.law.wave.wave import Rows
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
 from pmwvc_core.made.user import arrivals_params, end_law, groups_of, packing_params, values_of
 from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.ports import matrix_of
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
@@ -40,7 +43,7 @@ from pmwvc_core.server.couplings import COMPENSATIONS, COUPLINGS
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.server.turned import Turned
 from pmwvc_core.wave import impedance as impedances
-from pmwvc_core.wave.impedance import ROUNDING, MatrixImpedance
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 
 def coupling_of(server: ServerParams, faults: Faults | None = None) -> Any:
@@ -79,16 +82,14 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
 
 
 def server_params(
-    users: Sequence["scenarios.User"],
-    session: Any,
-    server: ServerParams,
+    users: Sequence["scenarios.User"], session: Any, server: ServerParams,
     faults: Faults | None = None,
-) -> ServerStepParams:
+) -> ServerStepParams:  # fmt: skip
     """Return the parameters of the server's step; ``session`` has controller, channel, axes and
     times (a scenario, or what a node was given), ``faults`` counts those of a coupling.
     """
-    strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
-    times, guests, groups = session.times, [], brakes_of(users, session)
+    record, brakes = record_of(session.controller), brakes_of(users, session)
+    times, guests = session.times, []
     rules = times.timeout_s, SETTLE_S, server.store_j
     for user in users:
         arrivals = arrivals_params(session, user.server_impedance, *rules)
@@ -107,40 +108,33 @@ def server_params(
         wall, h = body_law(math.inf, 0.0, server.period_s), server.period_s
         treated = Terms(h, h * server.allowance_w, server.allowance_j, server.tank_cap_j)
         environment = BlackBoxParams(
-            law, treated, wall, strict, groups, *moves, sloped,
+            law, treated, wall, brakes, *moves, sloped,
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
-        coupling, body = coupling_of(server, faults), object_of(server)
-        environment = EnvironmentParams(coupling, body, strict, groups)
+        environment = EnvironmentParams(coupling_of(server, faults), object_of(server), brakes)
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )
 
 
-def brakes_of(users: Sequence["scenarios.User"], session: Any) -> Groups:
-    """Return the axes of each brake of an avatar: all, but on the strict channel force and torque
-    apart unless a matrix couples them.
-    """
-    apart = is_strict(session.controller, session.channel)
-    for b in (user.server_impedance for user in users):
-        if isinstance(b, MatrixImpedance):
-            apart &= not np.any(np.abs(b.matrix[:3, 3:]) > ROUNDING * b.values[-1])
-    return groups_of(session.dof) if apart else ((1.0,) * session.dof,)
-
-
-def are_coupled(users: Sequence["scenarios.User"], session: Any) -> bool:
-    """Tell whether ports have matrices: one, which is fixed, couples the axes of any user, or
-    brakes may hold force and torque apart.
-    """
+def matrices_given(users: Sequence["scenarios.User"]) -> list[Array]:
+    """Return the impedance matrices of all ends, which are fixed."""
     ends = (end for user in users for end in (user.master, user.contact))
-    matrix = any(end.impedance_matrix.strip() for end in ends)
-    return matrix or len(brakes_of(users, session)) > 1
+    return [matrix_of(end.impedance_matrix) for end in ends if end.impedance_matrix.strip()]
+
+
+def brakes_of(users: Sequence["scenarios.User"], session: Any) -> Rows:
+    """Return 1 for each axis of each brake of an avatar, else 0: none off the strict channel."""
+    strict = is_strict(session.controller, session.channel)
+    apart = strict and all(np.allclose(b[:3, 3:], 0.0) for b in matrices_given(users))
+    return groups_of(session.dof) if apart else ((1.0 * strict,) * session.dof,)
 
 
 def port_impedance(b: Any, users: Sequence["scenarios.User"], session: Any) -> Any:
     """Return the impedance of a port for the laws: a matrix also of a number, if any is one."""
-    if are_coupled(users, session) and not isinstance(b, MatrixImpedance):
+    matrix = matrices_given(users) or len(brakes_of(users, session)) > 1
+    if matrix and not isinstance(b, MatrixImpedance):
         b = MatrixImpedance(np.full(session.dof, b), np.eye(session.dof))
     return made_impedance(b)
 
@@ -169,11 +163,8 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
         where = f"server.environment = {name!r} answers an impedance"
         if server.integrator != "backward_euler":
             raise ParameterError(f"{where}: set server.integrator = backward_euler")
-        if are_coupled(users, session) and not getattr(environment, "couples", False):
-            raise ParameterError(
-                f"{where}, one number for all axes: remove impedance_matrix, and of six axes "
-                "channel = strict"
-            )
+        if isinstance(b[0], tuple) and not getattr(environment, "couples", False):
+            raise ParameterError(f"{where}, one number for all axes: here ports have matrices")
     return environment
 
 
@@ -186,8 +177,7 @@ def _resting_box(users: Sequence["scenarios.User"], session: Any, call: Call) ->
         state, _ = record.made(server, len(users), axes)
     else:
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        environment = made_outside(users, session)
-        places = np.zeros((len(users), axes))
+        environment, places = made_outside(users, session), np.zeros((len(users), axes))
         turned = Turned(places.shape, server)
         state = Outside(environment, deque(), call, faults, absent, places, turned)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
@@ -202,11 +192,11 @@ def resting_server(
     """Return the server with no user present. Environments of other packages have their parameters
     in ``session.own``, by their names, and ``call`` is how they are asked.
     """
-    axes, record = session.dof, record_of(session.controller)
+    axes, record, brakes = session.dof, record_of(session.controller), brakes_of(users, session)
     rest, (up, down) = (0.0,) * axes, record.extra(axes)
     ports, guests, size_m = [], [], session.server.object_size_m
     for user, guest in zip(users, p.guests, strict=True):
-        kept: Any = loose_avatar(rest, brakes_of(users, session))
+        kept: Any = AvatarBrake((resting_brake(rest),) * len(brakes), rest, 0.0)
         if record.avatar is not None or record.law is not None:
             kept = record.avatar_rest(values_of(user, record), axes)
         if record.avatar is not None:
@@ -222,5 +212,4 @@ def resting_server(
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = _resting_box(users, session, call)
-    environment = SharedScene(tuple(ports), body, 0.0, 0)
-    return Server(tuple(guests), environment, float("inf"))
+    return Server(tuple(guests), SharedScene(tuple(ports), body, 0.0, 0), math.inf)

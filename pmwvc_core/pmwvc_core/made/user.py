@@ -19,9 +19,10 @@ from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.port.filter_bank import Bank, changed_local
 from pmwvc_core.law.port.port_filters import FilteredParams
 from pmwvc_core.law.port.strict_master import StrictMasterParams
-from pmwvc_core.law.safety.brakes import HAND_RETURN_S, Groups, loose_brake
+from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, Part
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
+from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.numeric import AXES
@@ -36,17 +37,14 @@ ROUNDING = 1e-9  # of times, relative
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
 
 
-def groups_of(axes: int) -> Groups:
+def groups_of(axes: int) -> tuple[Vector, ...]:
     """Return the axes of what is limited and braked together: of six force and torque apart."""
-    if axes != AXES:
-        return ((1.0,) * axes,)
-    return (1.0,) * 3 + (0.0,) * 3, (0.0,) * 3 + (1.0,) * 3
+    apart = (1.0,) * 3 + (0.0,) * 3, (0.0,) * 3 + (1.0,) * 3
+    return apart if axes == AXES else ((1.0,) * axes,)
 
 
 def values_of(user: "scenarios.User", record: Controller) -> Any:
-    """Return a user's parameters of a controller: in ``baseline.*``, or of another package; None
-    without any.
-    """
+    """Return a user's parameters of a controller, in ``baseline.*`` or its own group, or None."""
     return getattr(user.own if record.params else user.baseline, record.name, None)
 
 

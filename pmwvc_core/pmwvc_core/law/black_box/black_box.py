@@ -14,6 +14,7 @@ the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns 
 difference in the next step. Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """
 
+from operator import add
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated
@@ -21,7 +22,7 @@ from pmwvc_core.law.black_box.secant import Seen, checked, guess, learned, noted
 from pmwvc_core.law.black_box.touched import Visitors, exchange, moved_on, visited
 from pmwvc_core.law.family import accounts
 from pmwvc_core.law.motion import BodyLaw
-from pmwvc_core.law.safety.brakes import Groups, unbraked
+from pmwvc_core.law.safety.brakes import unbraked
 from pmwvc_core.law.server import server_port
 from pmwvc_core.law.server.contacts import Avatar, slid
 from pmwvc_core.law.server.server_port import Came, SharedScene, UserPort, brakes_j, taken_port
@@ -59,8 +60,7 @@ class BlackBoxParams(NamedTuple):
     environment: Any
     compensation: Terms
     body: BodyLaw  # its period is the time step
-    brakes: bool  # of the avatars (the strict channel), and of what
-    groups: Groups
+    brakes: Rows  # of an avatar: 1 for each axis that one holds, else 0
     old_s: float  # weights of old and new velocity in an avatar's displacement
     new_s: float
     sloped: bool  # the environment reports its slope
@@ -90,15 +90,12 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     held_j = stored_j if stored_j < 0.0 else _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
     ports = each(_give, (s.ports, ports, came, returned), p)
-    environment_j, late_j, withheld_j, contained_j = box.accounts
+    energies = box.accounts
     for i in range(len(waves)):
-        environment_j += sums[i].environment_j
-        late_j += sums[i].late_j
-        contained_j += sums[i].contained_j
-        withheld_j += wave_j(waves[i].v, h) - wave_j(returned[i], h)
-    energies = Accounts(environment_j, late_j, withheld_j, contained_j)
+        withheld_j = wave_j(waves[i].v, h) - wave_j(returned[i], h)
+        energies = Accounts(*each(add, (energies, sums[i]._replace(withheld_j=withheld_j))))
     box = BoxState(x, xd, environment, compensation, users, way_m, stored_j, energies)
-    spent_j = environment_j + contained_j - max(stored_j, 0.0)
+    spent_j = energies.environment_j + energies.contained_j - max(stored_j, 0.0)
     return SharedScene(ports, box, spent_j, s.unsettled)
 
 
@@ -149,12 +146,11 @@ def _give(
     a, b, h, wave = port.avatar, before.avatar.impedance, p.body.period_s, came.wave
     if not a.present:
         return port
-    brake, _, v_s = unbraked(port.brake, a.impedance, wave, a.u, v_s, h, p.groups)
-    kept = a.kept
+    brake, _, v_s = unbraked(port.brake, a.impedance, wave, a.u, v_s, h, p.brakes)
     if p.learns:
         late = minus(scaled(free_velocity(b, plus(wave, v_s)), 0.5), a.xd)
-        kept = plus(kept, scaled(late, h))
-    avatar = Avatar(True, b, wave, a.xd, a.f, a.contact, kept)
+        a = a._replace(kept=plus(a.kept, scaled(late, h)))
+    avatar = a._replace(impedance=b, u=wave)
     u_j, v_j = port.u_j + wave_j(wave, h), port.v_j + wave_j(v_s, h)
     return port._replace(avatar=avatar, brake=brake, v_s=v_s, u_j=u_j, v_j=v_j)
 

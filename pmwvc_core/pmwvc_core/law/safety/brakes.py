@@ -34,7 +34,6 @@ from pmwvc_core.law.vectors import (
     columns,
     dot,
     each,
-    filled,
     inverse,
     length,
     measured,
@@ -46,9 +45,7 @@ from pmwvc_core.law.vectors import (
     times,
     zero,
 )
-from pmwvc_core.law.wave.wave import affordable, damper, firmer, free_velocity
-
-Groups = tuple[Vector, ...]  # 1 for each axis of a brake, else 0
+from pmwvc_core.law.wave.wave import Rows, affordable, damper, firmer, free_velocity
 
 MEAN_S, HAND_RETURN_S = 0.5 * SETTLE_S, 2.0 * SETTLE_S
 FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
@@ -119,16 +116,11 @@ def hand_braked(
 
 
 class AvatarBrake(NamedTuple):
-    """Largest force and N of each group of axes, and the heat since the start [J]."""
+    """Largest force of each brake, N of each axis, and the heat since the start [J]."""
 
     largest: tuple[BrakeForce, ...]  # growing and fading together
-    ratios: Vector
+    n: Vector
     heat_j: float
-
-
-def loose_avatar(nothing: Vector, groups: Groups) -> AvatarBrake:
-    """Return brakes that hold nothing."""
-    return AvatarBrake((resting_brake(nothing),) * len(groups), (1.0,) * len(groups), 0.0)
 
 
 # (s) -> s: the user left; also of what a controller without waves keeps of an avatar
@@ -138,24 +130,27 @@ released_brake = Family("released_brake", same)
 @released_brake.member(AvatarBrake)
 def _released(s: AvatarBrake) -> AvatarBrake:
     """Let go at once; what became heat stays counted."""
-    return AvatarBrake(each(_let_go, (s.largest,)), filled(s.ratios, 1.0), s.heat_j)
+    means, _, _ = columns(s.largest)
+    return s._replace(largest=each(resting_brake, (means,)))
 
 
-def _let_go(s: BrakeForce) -> BrakeForce:
-    return resting_brake(s.mean)
+def braked(
+    s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float, brakes: Rows
+) -> tuple[AvatarBrake, Any, Vector]:
+    """Go a step of h [s] on; return impedance and wave behind the damper."""
+    largest, own = columns(each(_held, (s.largest, brakes), b, u, f_s, waits, h))
+    n = own[0]
+    for i in range(1, len(own)):
+        n = plus(n, own[i])
+    s = AvatarBrake(largest, n, s.heat_j)
+    if max(n) <= 1.0:
+        return s, b, u
+    return s, firmer(b, n), times(u, inverse(each(math.sqrt, (n,))))
 
 
-def holding(
-    s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float, groups: Groups
-) -> AvatarBrake:
-    """Go one step of h [s] on, from the wave received and the contact force before."""
-    largest, ratios = columns(each(_ratio, (s.largest, groups), b, u, f_s, waits, h))
-    return AvatarBrake(largest, ratios, s.heat_j)
-
-
-def _ratio(
+def _held(
     s: BrakeForce, axes: Vector, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
-) -> tuple[BrakeForce, float]:
+) -> tuple[BrakeForce, Vector]:
     f = times(f_s, axes)
     largest = brake_force(s, waits, f, h, SETTLE_S)
     limit, ratio = brake_limit(largest), 1.0
@@ -164,33 +159,18 @@ def _ratio(
         if dot(left, f) > 0.0:
             size = length(left)
             ratio = size / max(size - limit, size * (1.0 / FIRMEST))
-    return largest, ratio
-
-
-def _by_axis(ratios: Vector, groups: Groups) -> Vector:
-    n = scaled(groups[0], ratios[0])
-    for i in range(1, len(groups)):
-        n = plus(n, scaled(groups[i], ratios[i]))
-    return n
-
-
-def braked(s: AvatarBrake, b: Any, u: Vector, groups: Groups) -> tuple[Any, Vector]:
-    """Return impedance and wave behind the damper."""
-    if max(s.ratios) <= 1.0:
-        return b, u
-    n = _by_axis(s.ratios, groups)
-    return firmer(b, n), times(u, inverse(each(math.sqrt, (n,))))
+    return largest, scaled(axes, ratio)
 
 
 def unbraked(
-    s: AvatarBrake, b: Any, u: Vector, inner: Vector, v: Vector, h: float, groups: Groups
+    s: AvatarBrake, b: Any, u: Vector, inner: Vector, v: Vector, h: float, brakes: Rows
 ) -> tuple[AvatarBrake, Any, Vector]:
     """Return impedance and wave in front of the damper, given u, and u' and v' behind it."""
-    if max(s.ratios) <= 1.0:
+    if max(s.n) <= 1.0:
         return s, b, v
-    both, n, heat_j = plus(inner, v), _by_axis(s.ratios, groups), s.heat_j
-    for i in range(len(groups)):
-        moved = times(both, groups[i])
-        heat_j += (1.0 - 1.0 / s.ratios[i]) * (0.5 * h) * squared(moved)
-    wave = minus(times(both, inverse(each(math.sqrt, (n,)))), u)
-    return s._replace(heat_j=heat_j), firmer(b, inverse(n)), wave
+    both, heat_j = plus(inner, v), s.heat_j
+    for i in range(len(brakes)):
+        ratio, moved = max(times(s.n, brakes[i])), times(both, brakes[i])
+        heat_j += (1.0 - 1.0 / ratio) * (0.5 * h) * squared(moved)
+    wave = minus(times(both, inverse(each(math.sqrt, (s.n,)))), u)
+    return s._replace(heat_j=heat_j), firmer(b, inverse(s.n)), wave

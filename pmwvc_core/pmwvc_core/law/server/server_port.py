@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
-from pmwvc_core.law.safety.brakes import Groups, braked, holding, released_brake, unbraked
+from pmwvc_core.law.safety.brakes import braked, released_brake, unbraked
 from pmwvc_core.law.server.contacts import (
     Avatar,
     attached,
@@ -28,18 +28,8 @@ from pmwvc_core.law.server.contacts import (
     springs_j,
     touching,
 )
-from pmwvc_core.law.vectors import (
-    Vector,
-    columns,
-    each,
-    filled,
-    minus,
-    plus,
-    shortened,
-    total,
-    zero,
-)
-from pmwvc_core.law.wave.wave import firmer, wave_j, wave_v
+from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, shortened, total, zero
+from pmwvc_core.law.wave.wave import Rows, wave_j, wave_v
 
 SLIDE_M_S = 0.1
 
@@ -69,12 +59,11 @@ class SharedScene(NamedTuple):
 
 
 class EnvironmentParams(NamedTuple):
-    """The coupling, the object, whether avatars have brakes (the strict channel), and of what."""
+    """The coupling, the object, the brakes of an avatar (the strict channel)."""
 
     coupling: Any
     body: BodyLaw
-    brakes: bool
-    groups: Groups
+    brakes: Rows  # 1 for each axis that one holds, else 0
 
 
 class Came(NamedTuple):
@@ -125,14 +114,6 @@ def sum_j(s: UserPort, strict: bool) -> float:
     return s.v_j if strict else s.account_j
 
 
-def port_raised(s: UserPort, ratio: float) -> UserPort:
-    """Take so many times the impedance over."""
-    a = s.avatar
-    if ratio == 1.0:
-        return s
-    return s._replace(avatar=a._replace(impedance=firmer(a.impedance, filled(a.u, ratio))))
-
-
 @environment_step.member(EnvironmentParams)
 def _step(p: EnvironmentParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     taken, avatars = columns(each(taken_port, (s.ports, came), p))
@@ -144,14 +125,11 @@ def _step(p: EnvironmentParams, s: SharedScene, came: tuple[Came, ...]) -> Share
 
 def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, Avatar]:
     """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
-    a, brake, h = s.avatar, s.brake, p.body.period_s
+    a, h = s.avatar, p.body.period_s
     if not a.present:
         return s, a
-    impedance, u = a.impedance, came.wave
-    if p.brakes:
-        brake = holding(brake, impedance, u, a.f, came.brakes, h, p.groups)
-        impedance, u = braked(brake, impedance, u, p.groups)
-    a = a._replace(impedance=impedance, u=u)
+    brake, b, u = braked(s.brake, a.impedance, came.wave, a.f, came.brakes, h, p.brakes)
+    a = a._replace(impedance=b, u=u)
     return s._replace(avatar=a, brake=brake), a
 
 
@@ -162,7 +140,7 @@ def _give(
         return s, 0.0
     offset, contact, dropped_j, wave, h = s.offset, a.contact, 0.0, came.wave, p.body.period_s
     v_s = wave_v(a.impedance, a.u, a.f)
-    brake, impedance, v_s = unbraked(s.brake, a.impedance, wave, a.u, v_s, h, p.groups)
+    brake, impedance, v_s = unbraked(s.brake, a.impedance, wave, a.u, v_s, h, p.brakes)
     if offset != zero(offset):
         way = shortened(minus(zero(offset), offset), h * SLIDE_M_S)
         moved = cleared(contact, way)
