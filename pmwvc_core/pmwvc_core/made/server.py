@@ -164,7 +164,8 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
         if server.integrator != "backward_euler":
             raise ParameterError(f"{where}: set server.integrator = backward_euler")
         if isinstance(b[0], tuple) and not getattr(environment, "couples", False):
-            raise ParameterError(f"{where}, one number for all axes: here ports have matrices")
+            wanted = "remove impedance_matrix; six axes with channel = strict need couples = True"
+            raise ParameterError(f"{where}, one number for all axes: {wanted}")
     return environment
 
 
