@@ -172,6 +172,7 @@ def test_a_stiff_nonlinear_law_is_rendered_by_itself(seed, size):
     [
         ({"server.integrator": "trapezoid"}, "set server.integrator = backward_euler"),
         ({"dof": 2, "master.impedance_matrix": "9 1; 1 9"}, "remove impedance_matrix"),
+        ({"dof": 6, "channel": "strict"}, "six axes with channel = strict need couples = True"),
     ],
 )
 def test_what_an_answer_to_an_impedance_cannot_be_is_refused(monkeypatch, values, words):

@@ -39,7 +39,7 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_927, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_925, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
         3_226,
         2_500,

@@ -8,26 +8,27 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.law_rigs import Users
+from scipy.linalg import block_diag
+from support.law_rigs import Users, loose_avatar
 
 from pmwvc_core.law.channel.constants import STALL_S
 from pmwvc_core.law.safety.brakes import (
     MEAN_S,
     RATIO,
     SETTLE_S,
-    AvatarBrake,
-    brake_ratio,
     brake_stored_j,
     braked,
     hand_braked,
     loose_brake,
-    resting_brake,
     unbraked,
 )
 from pmwvc_core.law.server.server_port import Came, environment_step
-from pmwvc_core.law.vectors import dot, plus, squared
-from pmwvc_core.law.wave.wave import impedance
+from pmwvc_core.law.vectors import dot, plus, scaled, squared
+from pmwvc_core.law.wave.wave import damper, free_velocity, impedance, rooted
+from pmwvc_core.made.user import groups_of
+from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 B, TICK_S, PERIOD_S = 25.0, 0.001, 0.008
 K = B / STALL_S
@@ -106,28 +107,33 @@ def test_a_brake_holds_what_was_felt_and_nothing_in_free_motion():
 @settings(max_examples=25)
 @given(seed=st.integers(0, 10_000), dof=st.integers(1, 6), runs=st.sampled_from((1, 3)))
 def test_the_brake_of_an_avatar_turns_into_heat_what_its_port_loses(seed, dof, runs):
-    rng, b = np.random.default_rng(seed), impedance(B)
+    """It is the damper (N - 1) b, whatever comes back. Six axes have two, each behind a matrix."""
+    rng, b, groups = np.random.default_rng(seed), impedance(B), groups_of(dof)
+    if dof == 6:
+        roots = rng.normal(size=(2, 3, 3))
+        both = block_diag(*(10.0 * np.eye(3) + roots @ roots.swapaxes(1, 2)))
+        b = made_impedance(MatrixImpedance(*np.linalg.eigh(both)))
     for _ in range(runs):
-        brake = resting_avatar_brake(dof)
+        brake = loose_avatar(dof)
         for step in range(60):
             u, f, back = (tuple(rng.normal(size=dof).tolist()) for _ in range(3))
-            brake, ratio = brake_ratio(brake, b, u, f, step % 9 in (4, 5), PERIOD_S)
-            assert ratio >= 1.0
-            inner, given = braked(b, u, ratio)
-            assert inner.b == pytest.approx(ratio * B, rel=1e-12)
+            waits = step % 9 in (4, 5)
+            brake, inner, given = braked(brake, b, u, f, waits, PERIOD_S, groups)
+            n = np.array(brake.n)
+            assert min(n) >= 1.0
+            velocity = scaled(free_velocity(inner, plus(given, back)), 0.5)
             before = brake.heat_j
-            brake, own, v = unbraked(brake, inner, u, plus(given, back), ratio, PERIOD_S)
-            assert own[:3] == pytest.approx(b[:3], rel=1e-12)
-            assert own.values == pytest.approx(b.values, rel=1e-12)
+            brake, own, v = unbraked(brake, inner, u, given, back, PERIOD_S, groups)
+            for found, part in zip(own[:4], b[:4], strict=True):
+                np.testing.assert_allclose(found, part, rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(plus(u, v), rooted(b, velocity), atol=1e-12)
             outside = 0.5 * PERIOD_S * (squared(u) - squared(v))
             inside = 0.5 * PERIOD_S * (squared(given) - squared(back))
             heat = brake.heat_j - before
-            assert heat >= 0.0
+            assert heat == pytest.approx(
+                PERIOD_S * np.dot((n - 1.0) * damper(b, velocity), velocity), rel=1e-9, abs=1e-15
+            )
             assert outside == pytest.approx(inside + heat, rel=1e-9, abs=1e-12)
-
-
-def resting_avatar_brake(dof=1):
-    return AvatarBrake(resting_brake((0.0,) * dof), 0.0)
 
 
 @pytest.mark.parametrize("coupling", ["implicit", "one_step_delay", "unwrapped"])
@@ -155,12 +161,12 @@ def test_a_silent_avatar_holds_its_grip_and_returns_no_more_than_came(coupling):
 
 
 def test_a_wave_that_pushes_meets_no_brake():
-    brake, b = resting_avatar_brake(), impedance(B)
+    brake, b = loose_avatar(1), impedance(B)
 
     def ratio(u, waits):
         nonlocal brake
-        brake, found = brake_ratio(brake, b, (u,), (1.0,), waits, PERIOD_S)
-        return found
+        brake, *_ = braked(brake, b, (u,), (1.0,), waits, PERIOD_S, groups_of(1))
+        return brake.n[0]
 
     for _ in range(50):
         assert ratio(0.2, False) == 1.0

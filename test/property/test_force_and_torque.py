@@ -1,18 +1,27 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Force and torque are limited apart: neither takes from the other."""
+"""Force and torque are limited, and in an outage held, apart: neither takes from the other."""
+
+import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.law_rigs import ForceLimits
+from support.law_rigs import ForceLimits, Users, loose_avatar
 from support.session_given import session_given
+from support.strategies import text_of
 
-from pmwvc_core.made.user import made_user
-from pmwvc_core.params import SafetyParams, ServerParams
+from pmwvc_core.law.safety.brakes import braked
+from pmwvc_core.law.server.server_port import Came, environment_step
+from pmwvc_core.law.wave.wave import impedance
+from pmwvc_core.made.server import brakes_of
+from pmwvc_core.made.user import groups_of, made_user
+from pmwvc_core.params import ContactParams, SafetyParams, ServerParams
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import User
 
+B, PERIOD_S = 25.0, 0.008
 SHARE, SOON = 0.25, {"soft_start_s": 0.01}
 BOTH = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, SHARE)
 forces = st.lists(st.tuples(*[st.floats(-30.0, 30.0)] * 6), min_size=1, max_size=30)
@@ -83,6 +92,76 @@ def test_the_brake_holds_force_and_torque_each_by_what_was_felt_of_it():
         found.append(applied[5])
     assert found[0] == pytest.approx(1.3 * 0.2, rel=0.01)
     assert found[1] == pytest.approx(1.3 * np.hypot(4.0, 0.2), rel=0.1)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10_000), size=st.sampled_from((0.1, 1.0, 5.0)))
+def test_the_brakes_of_an_avatar_are_each_what_it_would_be_alone(seed, size):
+    rng, b, groups = np.random.default_rng(seed), impedance(B), groups_of(6)
+    both, alone = loose_avatar(6), [loose_avatar(3)] * 2
+    for step in range(80):
+        u, f = (tuple((size * rng.normal(size=6)).tolist()) for _ in range(2))
+        how = step % 20 > 10, PERIOD_S
+        both, *_ = braked(both, b, u, f, *how, groups)
+        for i in range(2):
+            part = slice(3 * i, 3 * i + 3)
+            alone[i], *_ = braked(alone[i], b, u[part], f[part], *how, groups_of(3))
+            assert both.n[part] == alone[i].n
+
+
+def twisted(turns_n, *, brakes=None):
+    """Two hands hold a cube with 2 N, the waves of one fail, and the other one turns it with a
+    torque of so much at the lever: return force and torque of the one after a second [N].
+    """
+    server = ServerParams(object_mass=0.2)
+    users = Users(server, [ContactParams()] * 2, b=B, axes=6, channel="strict")
+    if brakes:
+        users.p = users.p._replace(brakes=brakes)
+        ports = (port._replace(brake=loose_avatar(6, brakes)) for port in users.s.ports)
+        users.s = users.s._replace(ports=tuple(ports))
+    for user, at in enumerate((-0.05, 0.05)):
+        users.join(user, np.array([at, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    for step in range(375):
+        late, came = step - 250, []
+        for user, pull in enumerate((2.0, -2.0)):
+            fades = math.exp(-max(late - 3, 0) * PERIOD_S / 0.03) if user == 0 else 1.0
+            drive = [pull * fades, 0.0, 0.0, 0.0, 0.0, turns_n if user and late > 4 else 0.0]
+            u = tuple((np.array(drive) / math.sqrt(2.0 * B)).tolist())
+            came.append(Came(u, (0.0,) * 6, user == 0 and late > 4, 0.0, ()))
+        users.s = environment_step(users.p, users.s, tuple(came))
+        heat_j = users.dissipated + users.energies["avatar_brakes"]
+        assert users.taken_j == pytest.approx(users.stored + heat_j, abs=1e-9)
+    return users.f_s[0][0], users.f_s[0][5]
+
+
+def test_a_silent_handle_that_is_turned_keeps_its_grip_and_one_that_felt_no_torque_turns():
+    """With one brake it holds a torque with the force's strength, then its grip slides off (the
+    control).
+    """
+    one = ((1.0,) * 6,)
+    for turns in (0.0, 1.0, 12.0):
+        force, torque = twisted(turns)
+        assert force == pytest.approx(2.0, rel=0.01)
+        assert torque == pytest.approx(-0.5 * turns, abs=1e-3)  # shared by two dampers b
+    assert twisted(1.0, brakes=one)[1] < -0.99
+    assert twisted(12.0, brakes=one)[0] < 1.3
+
+
+def brakes_given(matrix="", **given):
+    text = {"master": {"impedance_matrix": matrix}} if matrix else {}
+    scenario = parse_scenario({"name": "small", "duration_s": 1.0, **text, **given})
+    return brakes_of(scenario.users, scenario)
+
+
+def test_brakes_are_apart_on_the_strict_channel_where_no_matrix_couples_force_and_torque():
+    rows = 20.0 * np.eye(6)
+    rows[0, 1] = rows[1, 0] = 3.0
+    for couples, brakes in ((False, groups_of(6)), (True, ((1.0,) * 6,))):
+        rows[0, 5] = rows[5, 0] = 2.0 * couples
+        assert brakes_given(text_of(rows), channel="strict", dof=6) == brakes
+    assert brakes_given(channel="strict", dof=6) == groups_of(6)
+    assert brakes_given(channel="strict", dof=3) == ((1.0,) * 3,)
+    assert brakes_given(channel="plain", dof=6) == ((0.0,) * 6,)
 
 
 @pytest.mark.parametrize(("max_torque", "share"), [(0.0, 1.0), (0.1, 0.25)])

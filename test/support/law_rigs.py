@@ -13,7 +13,7 @@ import pmwvc_core.law.port.strict_master  # noqa: F401  # joins the families
 from pmwvc_core.controllers.library import accounts_of_server
 from pmwvc_core.ends.inbox import value, vector
 from pmwvc_core.ends.server_end import JUMPED
-from pmwvc_core.law.safety.brakes import loose_brake
+from pmwvc_core.law.safety.brakes import AvatarBrake, loose_brake, resting_brake
 from pmwvc_core.law.safety.limits import NONE, Limits, Part, limits, limits_restart
 from pmwvc_core.law.server.server_port import (
     Came,
@@ -24,7 +24,7 @@ from pmwvc_core.law.server.server_port import (
     scene_energies,
 )
 from pmwvc_core.made.server import resting_server, server_params
-from pmwvc_core.made.user import limits_params
+from pmwvc_core.made.user import groups_of, limits_params
 from pmwvc_core.master.safety import state_of, text_of
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.plugins import Faults
@@ -69,6 +69,12 @@ class ForceLimits:
     reason = property(lambda self: text_of(self.s.cause, self.params))
     events = property(lambda self: self.s.events)
     ready = property(lambda self: self.s.ready)
+
+
+def loose_avatar(axes, brakes=None):
+    """The brakes of an avatar, which hold nothing."""
+    rest = (0.0,) * axes
+    return AvatarBrake((resting_brake(rest),) * len(brakes or groups_of(axes)), rest, 0.0)
 
 
 class Users:

@@ -11,7 +11,6 @@ from pmwvc_core.account import Entry
 from pmwvc_core.controllers import accounts
 from pmwvc_core.controllers import record as rules
 from pmwvc_core.controllers.record import HELD, Controller
-from pmwvc_core.law.family import NOTHING
 from pmwvc_core.law.without_waves.couplings import AvatarSeen, Direct, Held, VirtualCoupling
 from pmwvc_core.law.without_waves.pspm import ModulatedSpring, Pspm
 from pmwvc_core.law.without_waves.tdpa import Tdpa, TdpaEnd
@@ -43,7 +42,6 @@ DIRECT = Controller(
     waves=False,
     law=lambda p, tick_s: Direct(0),
     device_rest=lambda p, axes: Held((0.0,) * axes),
-    avatar_rest=lambda p, axes: NOTHING,
     linear="direct",
     coupling=replace(HELD, moves=None),
 )
@@ -53,7 +51,6 @@ VIRTUAL_COUPLING = Controller(
     waves=False,
     law=lambda p, tick_s: VirtualCoupling(p.stiffness, p.damping),
     device_rest=lambda p, axes: AvatarSeen((0.0,) * axes, (0.0,) * axes),
-    avatar_rest=lambda p, axes: NOTHING,
     linear="virtual_coupling",
     coupling=HELD,
     rule=rules.check_virtual_coupling,

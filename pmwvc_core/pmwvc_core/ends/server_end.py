@@ -110,8 +110,8 @@ class ServerEnd(PortEnd):
         """Take other parameters of a user's contact, port and sender over."""
         self._users[user] = dataclasses.replace(self._users[user], contact=contact)
         e = self.s.environment
-        b = port_impedance(impedance, self._users, self._session.dof)
-        b = firmer(b, self.s.guests[user].following.ratio)
+        b = port_impedance(impedance, self._users, self._session)
+        b = firmer(b, (self.s.guests[user].following.ratio,) * self._session.dof)
         law = contact.contact_stiffness, contact.contact_damping, b
         port, lost_j = changed_port(e.ports[user], *law)
         ports = (*e.ports[:user], port, *e.ports[user + 1 :])

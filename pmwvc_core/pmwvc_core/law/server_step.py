@@ -24,11 +24,11 @@ from pmwvc_core.law.server.server_port import (
     environment_step,
     joined,
     left,
-    port_raised,
     sum_j,
 )
-from pmwvc_core.law.vectors import Vector, columns, each, minus, scaled, total, zero
+from pmwvc_core.law.vectors import Vector, columns, each, filled, minus, scaled, total, zero
 from pmwvc_core.law.wave.following import Following, followed
+from pmwvc_core.law.wave.wave import firmer
 
 ABSENT, JOINING, COUPLED, DAMPING = 0, 1, 2, 3
 
@@ -102,8 +102,10 @@ def _come(
     presence, flips, arrivals, lost_j, extra = s.presence, s.anew, s.arrivals, 0.0, s.extra
     following = followed(s.following, port.avatar.f, p.period_s, q.most)
     arrivals = raised(arrivals, following.ratio)
-    port = port_raised(port, following.ratio / s.following.ratio)
-    there, brakes = presence != ABSENT, False
+    there, brakes, a = presence != ABSENT, False, port.avatar
+    if following.ratio != s.following.ratio:
+        n = filled(a.u, following.ratio / s.following.ratio)
+        port = port._replace(avatar=a._replace(impedance=firmer(a.impedance, n)))
     for packet in packets:
         arrivals, extra = arrive(arrivals, packet, now_ns, q.arrivals), packet.extra
         if packet.leaves:

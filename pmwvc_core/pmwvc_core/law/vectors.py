@@ -8,7 +8,7 @@
 
 import math
 from collections.abc import Callable
-from operator import add, mul, sub
+from operator import add, mul, sub, truediv
 from typing import Any, TypeAlias
 
 Vector: TypeAlias = tuple[float, ...]
@@ -52,6 +52,11 @@ def times(a: Vector, b: Vector) -> Vector:
 def scaled(a: Vector, factor: float) -> Vector:
     """Return a times a number."""
     return tuple([x * factor for x in a])
+
+
+def inverse(a: Vector) -> Vector:
+    """Return 1/a of each axis."""
+    return each(truediv, (filled(a, 1.0), a))
 
 
 def between(a: Vector, b: Vector, ratio: float) -> Vector:

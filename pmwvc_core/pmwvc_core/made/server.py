@@ -27,10 +27,13 @@ from pmwvc_core.law.server.server_port import EnvironmentParams, SharedScene, Us
 from pmwvc_core.law.server.springs import ContactLaw, Spring
 from pmwvc_core.law.server_step import ABSENT, Guest, GuestParams, Server, ServerStepParams
 from pmwvc_core.law.wave.following import FREE
+from pmwvc_core.law.wave.wave import Rows
 from pmwvc_core.law.without_waves.ends import AvatarEndParams
-from pmwvc_core.made.user import arrivals_params, end_law, packing_params, values_of
+from pmwvc_core.made.user import arrivals_params, end_law, groups_of, packing_params, values_of
 from pmwvc_core.made.waves import made_impedance
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.ports import matrix_of
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plugins import Faults, refused
 from pmwvc_core.scenario import scenario as scenarios
@@ -79,15 +82,13 @@ def contact_of(contact: ContactParams, *, side: int, size: float, axes: int) -> 
 
 
 def server_params(
-    users: Sequence["scenarios.User"],
-    session: Any,
-    server: ServerParams,
+    users: Sequence["scenarios.User"], session: Any, server: ServerParams,
     faults: Faults | None = None,
-) -> ServerStepParams:
+) -> ServerStepParams:  # fmt: skip
     """Return the parameters of the server's step; ``session`` has controller, channel, axes and
     times (a scenario, or what a node was given), ``faults`` counts those of a coupling.
     """
-    strict, record = is_strict(session.controller, session.channel), record_of(session.controller)
+    record, brakes = record_of(session.controller), brakes_of(users, session)
     times, guests = session.times, []
     rules = times.timeout_s, SETTLE_S, server.store_j
     for user in users:
@@ -107,26 +108,34 @@ def server_params(
         wall, h = body_law(math.inf, 0.0, server.period_s), server.period_s
         treated = Terms(h, h * server.allowance_w, server.allowance_j, server.tank_cap_j)
         environment = BlackBoxParams(
-            law, treated, wall, strict, *moves, sloped,
+            law, treated, wall, brakes, *moves, sloped,
             server.learns and not sloped, identity,
         )  # fmt: skip
     else:
-        environment = EnvironmentParams(coupling_of(server, faults), object_of(server), strict)
+        environment = EnvironmentParams(coupling_of(server, faults), object_of(server), brakes)
     return ServerStepParams(
         tuple(guests), environment, server.period_s, times.release_s, times.soft_start_s
     )
 
 
-def are_coupled(users: Sequence["scenarios.User"]) -> bool:
-    """Tell whether an impedance matrix, which is fixed, couples the axes of any user."""
+def matrices_given(users: Sequence["scenarios.User"]) -> list[Array]:
+    """Return the impedance matrices of all ends, which are fixed."""
     ends = (end for user in users for end in (user.master, user.contact))
-    return any(end.impedance_matrix.strip() for end in ends)
+    return [matrix_of(end.impedance_matrix) for end in ends if end.impedance_matrix.strip()]
 
 
-def port_impedance(b: Any, users: Sequence["scenarios.User"], axes: int) -> Any:
+def brakes_of(users: Sequence["scenarios.User"], session: Any) -> Rows:
+    """Return 1 for each axis of each brake of an avatar, else 0: none off the strict channel."""
+    strict = is_strict(session.controller, session.channel)
+    apart = strict and all(np.allclose(b[:3, 3:], 0.0) for b in matrices_given(users))
+    return groups_of(session.dof) if apart else ((1.0 * strict,) * session.dof,)
+
+
+def port_impedance(b: Any, users: Sequence["scenarios.User"], session: Any) -> Any:
     """Return the impedance of a port for the laws: a matrix also of a number, if any is one."""
-    if are_coupled(users) and not isinstance(b, MatrixImpedance):
-        b = MatrixImpedance(np.full(axes, b), np.eye(axes))
+    matrix = matrices_given(users) or len(brakes_of(users, session)) > 1
+    if matrix and not isinstance(b, MatrixImpedance):
+        b = MatrixImpedance(np.full(session.dof, b), np.eye(session.dof))
     return made_impedance(b)
 
 
@@ -145,7 +154,7 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
     server, axes, name = session.server, session.dof, session.server.environment
     own = getattr(session.own, name, None)
     sides, contacts = zip(*((user.side, user.contact) for user in users), strict=True)
-    b = [port_impedance(user.server_impedance, users, axes).b for user in users]
+    b = [port_impedance(user.server_impedance, users, session).b for user in users]
     setup = EnvironmentSetup(axes, server.period_s, sides, server, contacts, own, b)
     outside = environment_of(name).outside
     assert outside is not None
@@ -154,8 +163,9 @@ def made_outside(users: Sequence["scenarios.User"], session: Any) -> BlackBox:
         where = f"server.environment = {name!r} answers an impedance"
         if server.integrator != "backward_euler":
             raise ParameterError(f"{where}: set server.integrator = backward_euler")
-        if are_coupled(users) and not getattr(environment, "couples", False):
-            raise ParameterError(f"{where}, one number for all axes: remove impedance_matrix")
+        if isinstance(b[0], tuple) and not getattr(environment, "couples", False):
+            wanted = "remove impedance_matrix; six axes with channel = strict need couples = True"
+            raise ParameterError(f"{where}, one number for all axes: {wanted}")
     return environment
 
 
@@ -168,8 +178,7 @@ def _resting_box(users: Sequence["scenarios.User"], session: Any, call: Call) ->
         state, _ = record.made(server, len(users), axes)
     else:
         faults, absent = Faults("server.environment", name), (False,) * len(users)
-        environment = made_outside(users, session)
-        places = np.zeros((len(users), axes))
+        environment, places = made_outside(users, session), np.zeros((len(users), axes))
         turned = Turned(places.shape, server)
         state = Outside(environment, deque(), call, faults, absent, places, turned)
     least = (float(impedances.smallest(user.server_impedance)) for user in users)
@@ -184,16 +193,16 @@ def resting_server(
     """Return the server with no user present. Environments of other packages have their parameters
     in ``session.own``, by their names, and ``call`` is how they are asked.
     """
-    axes, record = session.dof, record_of(session.controller)
+    axes, record, brakes = session.dof, record_of(session.controller), brakes_of(users, session)
     rest, (up, down) = (0.0,) * axes, record.extra(axes)
     ports, guests, size_m = [], [], session.server.object_size_m
     for user, guest in zip(users, p.guests, strict=True):
-        kept: Any = AvatarBrake(resting_brake(rest), 0.0)
+        kept: Any = AvatarBrake((resting_brake(rest),) * len(brakes), rest, 0.0)
         if record.avatar is not None or record.law is not None:
             kept = record.avatar_rest(values_of(user, record), axes)
         if record.avatar is not None:
             kept = Kept(kept, kept)
-        b = port_impedance(user.server_impedance, users, axes)
+        b = port_impedance(user.server_impedance, users, session)
         contact = contact_of(user.contact, side=user.side, size=size_m, axes=axes)
         avatar = Avatar(False, b, rest, rest, rest, contact, rest)
         sums, extra = (0.0, 0.0, -1.0), (0.0,) * down
@@ -204,5 +213,4 @@ def resting_server(
     body: Any = Body(rest, rest)
     if isinstance(p.environment, BlackBoxParams):
         body = _resting_box(users, session, call)
-    environment = SharedScene(tuple(ports), body, 0.0, 0)
-    return Server(tuple(guests), environment, float("inf"))
+    return Server(tuple(guests), SharedScene(tuple(ports), body, 0.0, 0), math.inf)

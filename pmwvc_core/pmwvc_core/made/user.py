@@ -22,6 +22,7 @@ from pmwvc_core.law.port.strict_master import StrictMasterParams
 from pmwvc_core.law.safety.brakes import HAND_RETURN_S, loose_brake
 from pmwvc_core.law.safety.limits import Limits, LimitsParams, Part
 from pmwvc_core.law.user_tick import NEVER_NS, ForceLoop, UserParams
+from pmwvc_core.law.vectors import Vector
 from pmwvc_core.law.without_waves.ends import DeviceEnd, DeviceEndParams
 from pmwvc_core.made.waves import made_waves, position_params
 from pmwvc_core.numeric import AXES
@@ -36,10 +37,14 @@ ROUNDING = 1e-9  # of times, relative
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
 
 
+def groups_of(axes: int) -> tuple[Vector, ...]:
+    """Return the axes of what is limited and braked together: of six force and torque apart."""
+    apart = (1.0,) * 3 + (0.0,) * 3, (0.0,) * 3 + (1.0,) * 3
+    return apart if axes == AXES else ((1.0,) * axes,)
+
+
 def values_of(user: "scenarios.User", record: Controller) -> Any:
-    """Return a user's parameters of a controller: in ``baseline.*``, or of another package; None
-    without any.
-    """
+    """Return a user's parameters of a controller, in ``baseline.*`` or its own group, or None."""
     return getattr(user.own if record.params else user.baseline, record.name, None)
 
 
@@ -109,11 +114,9 @@ def made_user(
     else:
         port, of_port = made_waves(master, b, axes, of_arrivals.playout, strict=strict)
     stiffness = impedances.smallest(b) * (1.0 / STALL_S) if strict else 0.0
-    groups: Any = (((1.0,) * axes, 1.0),)
-    if axes == AXES:
-        lever_m = session.server.lever_m
-        share = safety.torque_n_m(lever_m) / (safety.max_force * lever_m)
-        groups = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, share)
+    lever_m = session.server.lever_m
+    shares = 1.0, safety.torque_n_m(lever_m) / (safety.max_force * lever_m)
+    groups = tuple(zip(groups_of(axes), shares, strict=False))
     of_limits = limits_params(safety, tick_s, packet_s, stiffness, groups)
     arrivals = start_of(of_arrivals.plays_on, axes, safety.timeout_s, packet_s)
     parts = (Part(loose_brake(nothing)),) * len(groups)

@@ -123,8 +123,7 @@ def _made_filters(
         place = filter_bank.ACTS.index(local.acts), local.begins_m, master.tick_s
         model = filter_bank.SpringDamper(local.stiffness, local.damping, *place)
         bank = bank_filters(master.bank, tick_s=master.tick_s)
-        parts = bank.low_up, bank.low_down, bank.high_up, bank.high_down
-        sections = [() if each is None else rates.sections_of(each) for each in parts]
+        sections = [() if each is None else rates.sections_of(each) for each in bank]
         cascades = [(rates.resting_cascade(each),) * axes for each in sections]
         still = filter_bank.LocalModel(rest, rest, 0.0, True, 0.0)
         far = (
@@ -144,10 +143,8 @@ def position_params(master: MasterParams, b: Any, *, strict: bool) -> FeedbackPa
     """
     position, tick_s, drop, lags = master.position, master.tick_s, master.rate_drop, (0.0, 0.0)
     if not strict:
-        tau, late = (
-            delay_of(master.filter, tick_s=tick_s, rate_drop=drop),
-            0.5 * (drop - 1) * tick_s,
-        )
+        tau = delay_of(master.filter, tick_s=tick_s, rate_drop=drop)
+        late = 0.5 * (drop - 1) * tick_s
         lags = tau - late, late if master.ramps else 0.0
     return FeedbackParams(
         b, tick_s, master.frame_s, *lags, position.of_residual, drop,

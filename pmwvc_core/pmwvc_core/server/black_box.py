@@ -56,10 +56,10 @@ class BlackBox(Protocol):
     ``meet(drive, impedance, dt) -> velocity``
         In place of ``step``: go on by ``dt`` [s] with the ports as part of the equations, which
         push with ``drive - impedance * velocity`` [N]. ``drive`` is ``(users, dof)`` [N],
-        ``impedance`` ``(users,)`` [N s/m], or where matrices couple the axes, which only an
-        environment with ``couples = True`` can meet, ``(users, dof, dof)``. Return the mean
-        velocities ``(users, dof)`` [m/s], by which the avatars move. Such a loop has no delay and
-        no bound.
+        ``impedance`` ``(users,)`` [N s/m], or where matrices couple the axes, and for six axes on
+        the strict channel, ``(users, dof, dof)``: for an environment with ``couples = True`` only.
+        Return the mean velocities ``(users, dof)`` [m/s], by which the avatars move. Such a loop
+        has no delay and no bound.
 
     Besides it may have:
 

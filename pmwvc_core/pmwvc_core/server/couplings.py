@@ -67,14 +67,6 @@ class Compensation(Record):
     accounts: tuple[Entry, ...] = ()  # all that it keeps: numbers of its state, in their order
 
 
-DEFICIT = Entry("debt", "deficit, recovered from later waves", Role.LEVEL)
-OF_LEDGER = (
-    Entry("tank", "energy tank of the server port", Role.LEVEL),
-    Entry("granted", "taken from the allowance", Role.LEVEL),
-    Entry("capped", "received above the cap, not stored", Role.LEVEL),
-)
-
-
 UNTREATED = Compensation(
     name="none", words="The energy of late decoding is not treated.", linear="none",
     rest=lambda users: NOTHING,
@@ -86,7 +78,8 @@ PRINTED = Compensation(
 )  # fmt: skip
 CORRECTED = Compensation(
     name="corrected", words="Returning waves are shortened by what late decoding added.",
-    linear="none", rest=lambda users: Corrected(0.0), limits=True, accounts=(DEFICIT,),
+    linear="none", rest=lambda users: Corrected(0.0), limits=True,
+    accounts=(Entry("debt", "deficit, recovered from later waves", Role.LEVEL),),
 )  # fmt: skip
 LEDGER = Compensation(
     name="ledger",
@@ -96,7 +89,11 @@ LEDGER = Compensation(
     limits=True,
     passive=lambda params: bool(min(params.allowance_w, params.allowance_j) == 0),
     allowance_j=lambda params: float(params.allowance_j) if params.allowance_w > 0.0 else 0.0,
-    accounts=OF_LEDGER,
+    accounts=(
+        Entry("tank", "energy tank of the server port", Role.LEVEL),
+        Entry("granted", "taken from the allowance", Role.LEVEL),
+        Entry("capped", "received above the cap, not stored", Role.LEVEL),
+    ),
 )
 COMPENSATIONS: Records[Compensation] = Records(
     Compensation, (UNTREATED, PRINTED, CORRECTED, LEDGER), group="pmwvc.compensations",

@@ -194,8 +194,8 @@ class BankSections(NamedTuple):
     """Sections ``(sections, 6)`` of the filters of a bank; None: a wire."""
 
     low_up: Array | None  # of the wave to the server
-    high_up: Array  # of the wave to the local model
     low_down: Array | None  # of the wave from the server
+    high_up: Array  # of the wave to the local model
     high_down: Array  # of the wave from the local model
 
 
@@ -217,9 +217,9 @@ def bank_filters(params: BankParams, *, tick_s: float) -> BankSections:
         pole = (c - 1.0) / (1.0 + c)
         low = np.array([[c / (1.0 + c), c / (1.0 + c), 0.0, 1.0, pole, 0.0]])
         high = np.array([[1.0 / (1.0 + c), -1.0 / (1.0 + c), 0.0, 1.0, pole, 0.0]])
-        return BankSections(low, high, low, high)
+        return BankSections(low, low, high, high)
     high, low = (_bank_butterworth(params, side, tick_s) for side in ("high", "low"))
-    return BankSections(None, high, None, low)
+    return BankSections(None, None, high, low)
 
 
 @functools.lru_cache(maxsize=512)

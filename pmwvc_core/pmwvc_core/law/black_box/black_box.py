@@ -14,6 +14,7 @@ the device by T (u + v')/sqrt(2b), the avatar moves by T xd; a port that learns 
 difference in the next step. Equations: docs/theory.md 5.1, 5.2, 5.9, 5.12.
 """
 
+from operator import add
 from typing import Any, NamedTuple
 
 from pmwvc_core.law.black_box.compensations import Pair, Terms, compensated
@@ -59,7 +60,7 @@ class BlackBoxParams(NamedTuple):
     environment: Any
     compensation: Terms
     body: BodyLaw  # its period is the time step
-    brakes: bool  # of the avatars (the strict channel)
+    brakes: Rows  # of an avatar: 1 for each axis that one holds, else 0
     old_s: float  # weights of old and new velocity in an avatar's displacement
     new_s: float
     sloped: bool  # the environment reports its slope
@@ -70,7 +71,7 @@ class BlackBoxParams(NamedTuple):
 @server_port.environment_step.member(BlackBoxParams)
 def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
     box, h = s.body, p.body.period_s
-    ports, avatars, ratios = columns(each(taken_port, (s.ports, came), p))
+    ports, avatars = columns(each(taken_port, (s.ports, came), p))
     users, there, begins, at = columns(each(noted, (box.users, s.ports)))
     environment = visited(box.environment, there, begins, at)
     starts = each(moved_on, (avatars, at), p.old_s)
@@ -88,16 +89,13 @@ def _step(p: BlackBoxParams, s: SharedScene, came: tuple[Came, ...]) -> SharedSc
     ports, waves, sums = columns(each(_taken, replies, reply.answered, p))
     held_j = stored_j if stored_j < 0.0 else _held(stored_j, users, s.ports, ports, p)
     compensation, returned = compensated(box.compensation, waves, held_j, p.compensation)
-    ports = each(_give, (s.ports, ports, came, ratios, returned), p)
-    environment_j, late_j, withheld_j, contained_j = box.accounts
+    ports = each(_give, (s.ports, ports, came, returned), p)
+    energies = box.accounts
     for i in range(len(waves)):
-        environment_j += sums[i].environment_j
-        late_j += sums[i].late_j
-        contained_j += sums[i].contained_j
-        withheld_j += wave_j(waves[i].v, h) - wave_j(returned[i], h)
-    energies = Accounts(environment_j, late_j, withheld_j, contained_j)
+        withheld_j = wave_j(waves[i].v, h) - wave_j(returned[i], h)
+        energies = Accounts(*each(add, (energies, sums[i]._replace(withheld_j=withheld_j))))
     box = BoxState(x, xd, environment, compensation, users, way_m, stored_j, energies)
-    spent_j = environment_j + contained_j - max(stored_j, 0.0)
+    spent_j = energies.environment_j + energies.contained_j - max(stored_j, 0.0)
     return SharedScene(ports, box, spent_j, s.unsettled)
 
 
@@ -143,18 +141,16 @@ def _held(
 
 
 def _give(
-    before: UserPort, port: UserPort, came: Came, ratio: float, v_s: Vector, p: BlackBoxParams
+    before: UserPort, port: UserPort, came: Came, v_s: Vector, p: BlackBoxParams
 ) -> UserPort:
-    a, b, h, brake = port.avatar, before.avatar.impedance, p.body.period_s, port.brake
+    a, b, h, wave = port.avatar, before.avatar.impedance, p.body.period_s, came.wave
     if not a.present:
         return port
-    wave, kept = came.wave, a.kept
-    if ratio > 1.0:
-        brake, _, v_s = unbraked(brake, a.impedance, wave, plus(a.u, v_s), ratio, h)
+    brake, _, v_s = unbraked(port.brake, a.impedance, wave, a.u, v_s, h, p.brakes)
     if p.learns:
         late = minus(scaled(free_velocity(b, plus(wave, v_s)), 0.5), a.xd)
-        kept = plus(kept, scaled(late, h))
-    avatar = Avatar(True, b, wave, a.xd, a.f, a.contact, kept)
+        a = a._replace(kept=plus(a.kept, scaled(late, h)))
+    avatar = a._replace(impedance=b, u=wave)
     u_j, v_j = port.u_j + wave_j(wave, h), port.v_j + wave_j(v_s, h)
     return port._replace(avatar=avatar, brake=brake, v_s=v_s, u_j=u_j, v_j=v_j)
 

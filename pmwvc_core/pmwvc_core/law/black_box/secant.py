@@ -204,7 +204,7 @@ def guess(s: Seen, port: UserPort, start: Vector, p: Any) -> tuple[Seen, Vector]
     if not p.learns:
         return s, wave_velocity(a.impedance, a.u, a.f) if a.present else zero(a.u)
     free = free_velocity(a.impedance, a.u)
-    if port.brake.largest.left <= 0.0:  # a braked avatar waits
+    if port.brake.largest[0].left <= 0.0:  # a braked avatar waits
         free = plus(free, scaled(a.kept, REPAID / p.body.period_s))
     velocity, expected = decoded(line(s.secant, start, p.new_s), a.impedance, free)
     return s._replace(secant=s.secant._replace(expected=expected)), velocity

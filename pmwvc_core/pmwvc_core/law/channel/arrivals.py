@@ -90,12 +90,6 @@ news = Family("news", _no_news)
 waits = Family("waits", never)  # (s) -> no wave is at hand any more: this end brakes
 
 
-@opened.member(StrictArrivals)
-def _opened(s: StrictArrivals) -> StrictArrivals:
-    q = s.playout
-    return s._replace(playout=resting_playout(zero(s.position), q.moved, q.raised))
-
-
 def start_of(
     strict: bool, axes: int, timeout_s: float, period_s: float
 ) -> PlainArrivals | StrictArrivals:
@@ -180,6 +174,7 @@ def _spare(s: StrictArrivals, h: float, p: ArrivalsParams) -> tuple[StrictArriva
     return s._replace(playout=playout), energy_j
 
 
+@opened.member(StrictArrivals)
 @anew.member(StrictArrivals)
 def _anew_strict(s: StrictArrivals) -> StrictArrivals:
     return s._replace(playout=begin(s.playout))

@@ -11,7 +11,7 @@ At the device an elastic-plastic spring z beside the damper b gives what is miss
     z shortened to |k z| <= F_L, |f + k z| <= max(F_L, |f|)      f: asked for without it
 
 At the avatar a damper (N - 1) b beside the port, which the coupling solves with the impedance N b;
-the last term is heat::
+the last term is heat. Force and torque of six axes have one each, of their own N::
 
     u' = u/sqrt(N),   v = (u' + v')/sqrt(N) - u
     (|u|^2 - |v|^2)/2 = (|u'|^2 - |v'|^2)/2 + (N - 1)/(2 N) |u' + v'|^2
@@ -31,7 +31,10 @@ from pmwvc_core.law.family import Family, same
 from pmwvc_core.law.vectors import (
     Vector,
     between,
+    columns,
     dot,
+    each,
+    inverse,
     length,
     measured,
     minus,
@@ -39,9 +42,10 @@ from pmwvc_core.law.vectors import (
     scaled,
     shortened,
     squared,
+    times,
     zero,
 )
-from pmwvc_core.law.wave.wave import affordable, damper, firmer, free_velocity
+from pmwvc_core.law.wave.wave import Rows, affordable, damper, firmer, free_velocity
 
 MEAN_S, HAND_RETURN_S = 0.5 * SETTLE_S, 2.0 * SETTLE_S
 FIRMEST = 1000.0  # 1.6 N move the avatar behind 25 N s/m with less than 0.1 mm/s
@@ -112,9 +116,10 @@ def hand_braked(
 
 
 class AvatarBrake(NamedTuple):
-    """Its largest force, and its heat since the start [J]."""
+    """Largest force of each brake, N of each axis, and the heat since the start [J]."""
 
-    largest: BrakeForce
+    largest: tuple[BrakeForce, ...]  # growing and fading together
+    n: Vector
     heat_j: float
 
 
@@ -125,32 +130,47 @@ released_brake = Family("released_brake", same)
 @released_brake.member(AvatarBrake)
 def _released(s: AvatarBrake) -> AvatarBrake:
     """Let go at once; what became heat stays counted."""
-    return AvatarBrake(resting_brake(s.largest.mean), s.heat_j)
+    means, _, _ = columns(s.largest)
+    return s._replace(largest=each(resting_brake, (means,)))
 
 
-def brake_ratio(
-    s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
-) -> tuple[AvatarBrake, float]:
-    """Return N for a step of h [s], from the wave received and the contact force before."""
-    largest = brake_force(s.largest, waits, f_s, h, SETTLE_S)
+def braked(
+    s: AvatarBrake, b: Any, u: Vector, f_s: Vector, waits: bool, h: float, brakes: Rows
+) -> tuple[AvatarBrake, Any, Vector]:
+    """Go a step of h [s] on; return impedance and wave behind the damper."""
+    largest, own = columns(each(_held, (s.largest, brakes), b, u, f_s, waits, h))
+    n = own[0]
+    for i in range(1, len(own)):
+        n = plus(n, own[i])
+    s = AvatarBrake(largest, n, s.heat_j)
+    if max(n) <= 1.0:
+        return s, b, u
+    return s, firmer(b, n), times(u, inverse(each(math.sqrt, (n,))))
+
+
+def _held(
+    s: BrakeForce, axes: Vector, b: Any, u: Vector, f_s: Vector, waits: bool, h: float
+) -> tuple[BrakeForce, Vector]:
+    f = times(f_s, axes)
+    largest = brake_force(s, waits, f, h, SETTLE_S)
     limit, ratio = brake_limit(largest), 1.0
     if limit > 0.0:
-        left = minus(f_s, damper(b, free_velocity(b, u)))
-        if dot(left, f_s) > 0.0:
+        left = times(minus(f_s, damper(b, free_velocity(b, u))), axes)
+        if dot(left, f) > 0.0:
             size = length(left)
             ratio = size / max(size - limit, size * (1.0 / FIRMEST))
-    return AvatarBrake(largest, s.heat_j), ratio
-
-
-def braked(b: Any, u: Vector, ratio: float) -> tuple[Any, Vector]:
-    """Return impedance and wave behind the damper."""
-    return firmer(b, ratio), scaled(u, 1.0 / math.sqrt(ratio))
+    return largest, scaled(axes, ratio)
 
 
 def unbraked(
-    s: AvatarBrake, b: Any, u: Vector, both: Vector, ratio: float, h: float
+    s: AvatarBrake, b: Any, u: Vector, inner: Vector, v: Vector, h: float, brakes: Rows
 ) -> tuple[AvatarBrake, Any, Vector]:
-    """Return impedance and wave in front of the damper, given the wave received and u' + v'."""
-    heat_j = s.heat_j + (1.0 - 1.0 / ratio) * (0.5 * h) * squared(both)
-    wave = minus(scaled(both, 1.0 / math.sqrt(ratio)), u)
-    return AvatarBrake(s.largest, heat_j), firmer(b, 1.0 / ratio), wave
+    """Return impedance and wave in front of the damper, given u, and u' and v' behind it."""
+    if max(s.n) <= 1.0:
+        return s, b, v
+    both, heat_j = plus(inner, v), s.heat_j
+    for i in range(len(brakes)):
+        ratio, moved = max(times(s.n, brakes[i])), times(both, brakes[i])
+        heat_j += (1.0 - 1.0 / ratio) * (0.5 * h) * squared(moved)
+    wave = minus(times(both, inverse(each(math.sqrt, (s.n,)))), u)
+    return s._replace(heat_j=heat_j), firmer(b, inverse(s.n)), wave

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.server.springs import ContactLaw, Spring, depth, force_at, stored
-from pmwvc_core.law.vectors import Vector, each, scaled, total, zero
+from pmwvc_core.law.vectors import Vector, columns, each, plus, scaled, total, zero
 
 
 class Contact(NamedTuple):
@@ -36,11 +36,8 @@ def touching(c: Contact) -> bool:
 
 def offset_of(c: Contact) -> Vector:
     """Return the position of the avatar, from the object's centre [m]."""
-    return each(_position, (c.springs,))
-
-
-def _position(s: Spring) -> float:
-    return s.rest + s.deflection
+    deflection, rest, _ = columns(c.springs)
+    return plus(rest, deflection)
 
 
 def contact_energy(c: Contact) -> float:

@@ -79,8 +79,7 @@ def _rows(a: Avatar) -> tuple[Row, ...]:
 
 
 def _by_axis(answers: tuple[Yield, ...]) -> Yield:
-    force, rate, slope = columns(answers)
-    return Yield(force, rate, slope)
+    return Yield(*columns(answers))
 
 
 def carried(

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Family
 from pmwvc_core.law.motion import Body, BodyLaw, kinetic_j
-from pmwvc_core.law.safety.brakes import brake_ratio, braked, released_brake, unbraked
+from pmwvc_core.law.safety.brakes import braked, released_brake, unbraked
 from pmwvc_core.law.server.contacts import (
     Avatar,
     attached,
@@ -29,7 +29,7 @@ from pmwvc_core.law.server.contacts import (
     touching,
 )
 from pmwvc_core.law.vectors import Vector, columns, each, minus, plus, shortened, total, zero
-from pmwvc_core.law.wave.wave import firmer, wave_j, wave_v
+from pmwvc_core.law.wave.wave import Rows, wave_j, wave_v
 
 SLIDE_M_S = 0.1
 
@@ -59,11 +59,11 @@ class SharedScene(NamedTuple):
 
 
 class EnvironmentParams(NamedTuple):
-    """The coupling, the object, whether avatars have brakes (the strict channel)."""
+    """The coupling, the object, the brakes of an avatar (the strict channel)."""
 
     coupling: Any
     body: BodyLaw
-    brakes: bool
+    brakes: Rows  # 1 for each axis that one holds, else 0
 
 
 class Came(NamedTuple):
@@ -114,46 +114,33 @@ def sum_j(s: UserPort, strict: bool) -> float:
     return s.v_j if strict else s.account_j
 
 
-def port_raised(s: UserPort, ratio: float) -> UserPort:
-    """Take so many times the impedance over."""
-    a = s.avatar
-    if ratio == 1.0:
-        return s
-    return s._replace(avatar=a._replace(impedance=firmer(a.impedance, ratio)))
-
-
 @environment_step.member(EnvironmentParams)
 def _step(p: EnvironmentParams, s: SharedScene, came: tuple[Came, ...]) -> SharedScene:
-    taken, avatars, ratios = columns(each(taken_port, (s.ports, came), p))
+    taken, avatars = columns(each(taken_port, (s.ports, came), p))
     avatars, body, lost_j, settled = couple(p.coupling, avatars, s.body, p.body)
-    ports, dropped = columns(each(_give, (taken, avatars, came, ratios), body, p.body.period_s))
+    ports, dropped = columns(each(_give, (taken, avatars, came), body, p))
     unsettled = s.unsettled if settled else s.unsettled + 1
     return SharedScene(ports, body, s.dissipated_j + total(lost_j, dropped), unsettled)
 
 
-def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, Avatar, float]:
+def taken_port(s: UserPort, came: Came, p: EnvironmentParams) -> tuple[UserPort, Avatar]:
     """Take the wave of a step; until ``_give`` a braked port is the one behind the brake."""
-    a, brake, ratio = s.avatar, s.brake, 1.0
+    a, h = s.avatar, p.body.period_s
     if not a.present:
-        return s, a, ratio
-    impedance, u = a.impedance, came.wave
-    if p.brakes:
-        brake, ratio = brake_ratio(brake, impedance, u, a.f, came.brakes, p.body.period_s)
-        if ratio > 1.0:
-            impedance, u = braked(impedance, u, ratio)
-    a = a._replace(impedance=impedance, u=u)
-    return s._replace(avatar=a, brake=brake), a, ratio
+        return s, a
+    brake, b, u = braked(s.brake, a.impedance, came.wave, a.f, came.brakes, h, p.brakes)
+    a = a._replace(impedance=b, u=u)
+    return s._replace(avatar=a, brake=brake), a
 
 
 def _give(
-    s: UserPort, a: Avatar, came: Came, ratio: float, body: Body, h: float
+    s: UserPort, a: Avatar, came: Came, body: Body, p: EnvironmentParams
 ) -> tuple[UserPort, float]:
     if not a.present:
         return s, 0.0
-    offset, contact, dropped_j, brake, wave = s.offset, a.contact, 0.0, s.brake, came.wave
-    impedance, v_s = a.impedance, wave_v(a.impedance, a.u, a.f)
-    if ratio > 1.0:
-        brake, impedance, v_s = unbraked(brake, impedance, wave, plus(a.u, v_s), ratio, h)
+    offset, contact, dropped_j, wave, h = s.offset, a.contact, 0.0, came.wave, p.body.period_s
+    v_s = wave_v(a.impedance, a.u, a.f)
+    brake, impedance, v_s = unbraked(s.brake, a.impedance, wave, a.u, v_s, h, p.brakes)
     if offset != zero(offset):
         way = shortened(minus(zero(offset), offset), h * SLIDE_M_S)
         moved = cleared(contact, way)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from pmwvc_core.law.channel.constants import SETTLE_S, SLOWLY_S
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.vectors import Vector, dot, each, minus, scaled, squared, times
+from pmwvc_core.law.vectors import Vector, dot, each, inverse, minus, scaled, squared, times
 
 
 class Impedance(NamedTuple):
@@ -66,7 +66,7 @@ def _multiple(factor: float, row: Vector) -> Vector:
 
 
 times_part = Family("times_part")  # (impedance, one of its numbers or matrices, a) -> that times a
-firmer = Family("firmer")  # (impedance, n) -> n times an impedance
+firmer = Family("firmer")  # (impedance, n) -> n times it; of axes that a matrix couples one n
 along = Family("along")  # (impedance, gains, a) -> a with a gain for each eigenvalue
 
 
@@ -111,17 +111,17 @@ def _matrix_along(p: ImpedanceMatrix, gains: Vector, a: Vector) -> Vector:
 
 
 @firmer.member(Impedance)
-def _firmer(p: Impedance, n: float) -> Impedance:
-    return impedance(n * p.b)
+def _firmer(p: Impedance, n: Vector) -> Impedance:
+    return impedance(n[0] * p.b)
 
 
 @firmer.member(ImpedanceMatrix)
-def _firmer_matrix(p: ImpedanceMatrix, n: float) -> ImpedanceMatrix:
-    root = math.sqrt(n)
-    return ImpedanceMatrix(
-        each(scaled, (p.b,), n), each(scaled, (p.inverse,), 1.0 / n),
-        each(scaled, (p.root_2b,), root), each(scaled, (p.root_2_over_b,), 1.0 / root),
-        p.numbers, scaled(p.values, n), p.to_axes, p.from_axes,
+def _firmer_matrix(p: ImpedanceMatrix, n: Vector) -> ImpedanceMatrix:
+    root = each(math.sqrt, (n,))
+    return p._replace(  # eigenvalues are for a master, which has no brake
+        b=each(scaled, (p.b, n)), inverse=each(scaled, (p.inverse, inverse(n))),
+        root_2b=each(scaled, (p.root_2b, root)),
+        root_2_over_b=each(scaled, (p.root_2_over_b, inverse(root))),
     )  # fmt: skip
 
 

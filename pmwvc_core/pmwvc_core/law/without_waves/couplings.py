@@ -16,7 +16,7 @@ Virtual coupling: spring and damper between device and avatar, at 1 kHz on the d
     p'  the avatar's mean velocity between the last two packets
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pmwvc_core.law.family import Nothing
 from pmwvc_core.law.vectors import Vector, minus, plus, scaled, zero
@@ -45,7 +45,7 @@ def _force(s: Held, end: DeviceEnd, p: ends.DeviceEndParams) -> tuple[Held, Vect
 
 
 @ends.avatar_moved.member(Direct)
-def _placed(p: Direct, kept: Nothing, step: ends.AvatarStep) -> tuple[Nothing, AvatarAnswer]:
+def _placed(p: Direct, kept: Any, step: ends.AvatarStep) -> tuple[Any, AvatarAnswer]:
     moved = placed_avatar(step, step.wave)
     return kept, AvatarAnswer(moved, moved.f, (), -1.0)
 
@@ -91,9 +91,7 @@ def _pull(s: AvatarSeen, end: DeviceEnd, p: ends.DeviceEndParams) -> tuple[Avata
 
 
 @ends.avatar_moved.member(VirtualCoupling)
-def _pulled(
-    p: VirtualCoupling, kept: Nothing, step: ends.AvatarStep
-) -> tuple[Nothing, AvatarAnswer]:
+def _pulled(p: VirtualCoupling, kept: Any, step: ends.AvatarStep) -> tuple[Any, AvatarAnswer]:
     pull = scaled(minus(step.position, step.x_s), p.stiffness)
     drive = plus(pull, scaled(step.wave, p.damping))
     moved = pulled_avatar(step, drive, p.stiffness * step.period_s + p.damping)

@@ -222,9 +222,8 @@ def _moved(
     x_s, xd, f, contact, lost_j = answer.moved
     avatar, flow_j = a._replace(xd=xd, f=f, contact=contact), h * dot(f, xd)
     u_j, v_j = s.u_j + max(flow_j, 0.0), s.v_j + max(-flow_j, 0.0)
-    sent_j, extra = answer.sent_j, answer.extra
     s = s._replace(avatar=avatar, brake=kept, x_s=x_s, v_s=answer.wave, u_j=u_j, v_j=v_j)
-    return s._replace(account_j=sent_j, extra=extra), lost_j
+    return s._replace(account_j=answer.sent_j, extra=answer.extra), lost_j
 
 
 @server_port.scene_energies.member(AvatarEndParams)

@@ -57,11 +57,9 @@ def write(packet: Packet, link: int, packets: Array) -> None:
     """Write a packet that a link carries into the row of its number."""
     times = packet.energy_j, packet.period_s, float(packet.sent_ns)
     flags = 1.0 * packet.short, 1.0 * packet.waits, 1.0 * packet.anew  # float() takes no flag
-    rest, into = (
-        (*times, *flags, float(packet.echo), float(packet.level)),
-        packets[link, packet.number - 1],
-    )
-    put(packet.wave + packet.integral + packet.position + rest, into, 0)
+    rest = *times, *flags, float(packet.echo), float(packet.level)
+    signals = packet.wave + packet.integral + packet.position
+    put(signals + rest, packets[link, packet.number - 1], 0)
 
 
 def taken(
