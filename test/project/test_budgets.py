@@ -39,9 +39,9 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_925, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_927, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_226,
+        3_224,
         2_500,
         inside(
             "pmwvc_core",
@@ -73,7 +73,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_824,
+        3_818,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
