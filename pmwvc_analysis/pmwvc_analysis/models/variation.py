@@ -89,7 +89,7 @@ def server_at_rest(scenario: Scenario, dof: int) -> tuple[Any, Any]:
     p = server_params(guests, session, server)
     s, e = resting_server(guests, session, p), p.environment
     if hasattr(e, "brakes"):
-        e = e._replace(brakes=False)
+        e = e._replace(brakes=((0.0,) * dof,) * len(e.brakes))
     if isinstance(getattr(e, "coupling", None), Contained):
         e = e._replace(coupling=e.coupling.law)
     return s, p._replace(environment=e)
