@@ -86,7 +86,7 @@ class Box:
         self._poses = Poses(np.zeros((1 + users, 3)), np.tile(np.eye(3), (1 + users, 1, 1)))
         self._rates, self._guess = np.zeros(6), np.zeros(6 + setup.dof * users)
         self._stored_j, self.heat_j = stored_j(self._begun()[0]), 0.0
-        self.touching = [False] * users
+        self.touching: Any = [False] * users
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
         self._names = ["box", *(f"user{1 + user}" for user in range(users))]
 
