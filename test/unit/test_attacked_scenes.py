@@ -56,7 +56,7 @@ def test_forces_come_to_balance_where_rounding_is_larger_than_what_is_wanted(mad
     for force in np.concatenate([np.zeros(20), np.geomspace(1e-11, 2.0, 100)]):
         drive[:, 0] = force, -force
         assert abs(scene.meet(drive, np.full(2, 25.0), H)).max() < 0.2
-    assert abs(scene.position[:2]).max() < 1e-9
+    assert abs(scene.position[:2]).max() < 1e-9 and scene.touching == [True, True]
 
 
 @pytest.mark.parametrize("mass", [0.2, 1000.0])
@@ -65,7 +65,7 @@ def test_a_box_of_any_mass_stands_on_its_table(mass):
     scene = box(object_mass=mass)
     for _ in range(50):
         scene.meet(np.zeros((2, 6)), np.full(2, 25.0), H)
-    assert abs(scene.position[2]) < 1e-9
+    assert abs(scene.position[2]) < 1e-9 and scene.touching == [False, False]
 
 
 def test_a_pad_wider_than_its_face_is_refused():
