@@ -37,7 +37,8 @@ OUTAGES = {
 }
 
 
-def session(link="", length_s=0.0, *, duration_s=7.0, channel="strict"):
+def session(link="", length_s=0.0, *, channel="strict"):
+    duration_s = BEGIN_S + length_s + 2.0
     texts = [f"channel={channel}"]
     if link:
         texts.append(f"{link}.schedule={BEGIN_S} outage; {BEGIN_S + length_s} base")
@@ -113,7 +114,7 @@ def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
 
 def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
     texts = ["channel=strict", "link.schedule=4 outage; 6 base"]
-    traces = simulated(files.load("blackout_2s", settings_texts=texts, duration_s=8.0))
+    traces = simulated(files.load("blackout_2s", settings_texts=texts, duration_s=6.5))
     for user in traces.users:
         assert user.accounts["node"].min() >= LEAST_J  # the hand takes 0.5 mJ of it back
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
@@ -186,8 +187,8 @@ def test_what_is_played_later_leaves_them_apart(monkeypatch):
 
 
 def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
-    texts = ["link.schedule=5 outage; 8 base"]
-    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=12.0)
+    texts = ["task.move_s=2.5", "link.schedule=3.5 outage; 5.5 base"]
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=9.0)
     traces = simulated(scenario)
     user = traces.users[0]
     passed_j = user.accounts["playout_released"]
@@ -195,13 +196,13 @@ def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
     found = budget(traces, scenario)
     assert found.closes
     assert found.released == []
-    node = found.parts["user1"]["node"][found.time_s > 10.5]
+    node = found.parts["user1"]["node"][found.time_s > 8.0]
     assert node == pytest.approx(KEPT_J, abs=2e-5)
     (entry,) = [each for each in user_energies(traces, scenario) if each.name == "user1"]
     assert least_j(entry) >= LEAST_J
     unknown = {name: sums for name, sums in user.accounts.items() if name != "playout_released"}
     blind = replace(traces, users=[replace(user, accounts=unknown), traces.users[1]])
-    alone = budget(blind, scenario).parts["user1"]["node"][found.time_s > 10.5]
+    alone = budget(blind, scenario).parts["user1"]["node"][found.time_s > 8.0]
     assert alone + passed_j[-1] == pytest.approx(node, abs=1e-9)  # the control
 
 
