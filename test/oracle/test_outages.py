@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.laws import as_written
+from support.laws import alter_laws
 from support.simulated import least_j, simulated
 
 from pmwvc_analysis.budget.budget import budget
@@ -175,7 +175,7 @@ def test_what_is_played_later_leaves_them_apart(monkeypatch):
     """The control: no loop lets time go by, no burst is skipped, no lag is made up. In motion the
     lag of one hand alone shows less: it is carried from 4 to 7 s.
     """
-    as_written(
+    alter_laws(
         monkeypatch,
         channel__arrivals__pass_by=lambda playout, lasted_s: playout,
         channel__playout__pace_arrive=lambda pace, lasted_s: pace_arrive(pace, lasted_s)._replace(
@@ -236,8 +236,8 @@ def test_the_lag_is_back_ten_seconds_after_a_disturbance(name):
 
 
 def test_where_neither_direction_nor_hand_pays_a_distance_stays(monkeypatch):
-    """The control, which runs the laws as written: not as long. Nor does E0 pay."""
+    """The control. Nor does E0 pay."""
     none = {name: lambda s, h, wanted, beyond_j, p: (s, 0.0) for name in SPARED}
-    as_written(monkeypatch, port__strict_master__ASKED=0.0, **none)
+    alter_laws(monkeypatch, port__strict_master__ASKED=0.0, **none)
     unlent = "master.store_j=0", "server.store_j=0"
     assert left("losses in bursts", *unlent, after_s=3.0)[1] > 5e-4
