@@ -39,7 +39,12 @@ def alter_laws(monkeypatch: Any, **changed: Any) -> None:
     for name, value in changed.items():
         monkeypatch.setattr(f"pmwvc_core.law.{name.replace('__', '.')}", value)
     anew = cache(unrolled.__wrapped__)  # what was linked before has the laws as they were
-    for who in ("core.unrolled", "core.ends.user_end", "core.ends.server_end", "analysis.models.ends"):
+    for who in (
+        "core.unrolled",
+        "core.ends.user_end",
+        "core.ends.server_end",
+        "analysis.models.ends",
+    ):
         monkeypatch.setattr(f"pmwvc_{who}.unrolled", anew)
 
 
