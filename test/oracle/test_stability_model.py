@@ -20,7 +20,8 @@ from pmwvc_core.server.couplings import COUPLINGS
 from reproduction.single_user import z_width
 
 FRAME_S, POLE_50_HZ = 0.008, 100.0 * np.pi
-# Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way.
+# Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way; of
+# direct coupling: ``test_reproduction.py``.
 LARGEST = [
     ({"server__coupling": "one_frame_late"}, 50.0, (5280.5, 2470.8, 2166.0, 2224.2)),
     ({"server__coupling": "one_frame_late"}, 100.0, (1037.4, 988.2, 965.4, 952.2)),
@@ -44,7 +45,6 @@ LARGEST = [
         50.0,
         (8482.3, 3595.2, 2774.5, 2488.5),
     ),
-    ({"controller": "direct"}, 50.0, (2500.0, 335.3, 47.1, 0.0)),
     # 50 Hz read as -20 dB moves the limits, as -3 dB leaves nothing stable.
     ({"server__coupling": "one_frame_late"}, POLE_50_HZ / np.sqrt(99.0), (4850, 2854, 2810, 3093)),
     ({"server__coupling": "one_frame_late"}, POLE_50_HZ, (0.0,)),
