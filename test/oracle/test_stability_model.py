@@ -149,7 +149,7 @@ def test_islands_above_the_first_crossing_are_found(values, delay_s):
 
 def test_the_z_width_narrows_with_damping_where_the_computation_is_late():
     late = {"server__coupling": "one_step_delay", "server__environment": "wall", "users": 1}
-    damping = [0.0, 10.0, 20.0, 30.0]
+    damping = [0.0, 10.0, 30.0]
     limits = z_width(linear_loops.scenario(**late), damping)
     firsts = [limit.first for limit in limits]
     assert firsts == sorted(firsts, reverse=True)
@@ -160,4 +160,4 @@ def test_the_z_width_narrows_with_damping_where_the_computation_is_late():
             )
             assert bool(radii(scenario)[0] <= 1.0) is stable
     at_once = linear_loops.scenario(**late | {"server__coupling": "implicit"})
-    assert [limit.first for limit in z_width(at_once, damping)] == [None] * 4
+    assert [limit.first for limit in z_width(at_once, damping)] == [None] * 3
