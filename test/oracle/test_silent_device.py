@@ -99,7 +99,9 @@ def unplugged(rearm_s):
     6 s, and is re-armed, or never.
     """
     settings = ["task.kind=hold", "task.grip_s=0.3", "task.grip_rise_s=0.5"]
-    scenario = files.load("carry_16ms", settings_texts=settings, duration_s=9.0 if rearm_s else 6.5)
+    scenario = files.load(
+        "carry_16ms", settings_texts=settings, duration_s=9.0 if rearm_s else 6.5
+    )
     batch = SteppedSession(scenario)
     batch.advance(4 * 10**9)
     batch.users[0].device.sample.fresh = False
