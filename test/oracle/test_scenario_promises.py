@@ -208,7 +208,7 @@ def test_the_complementary_bank_of_the_local_model_is_passive():
 
 
 @pytest.mark.parametrize(
-    ("name", "lasts_s"), [("internet", 9), ("reorder_storm", 9), ("blackout_2s", 12)]
+    ("name", "lasts_s"), [("internet", 11), ("reorder_storm", 9), ("blackout_2s", 14)]
 )
 def test_a_bad_network_makes_no_energy_on_the_strict_channel(name, lasts_s):
     traces, result = ran(name, f"duration_s={lasts_s}")

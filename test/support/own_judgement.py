@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A judgement of a session from its raw traces, by other means than the product's.
 
-*Twin*: a copy of the session, its devices kicked once. Where the difference dies out the loop is no
+*Twin*: a copy of the session, its devices kicked. Where the difference dies out the loop is no
 source of the motion; hands and what they are given explain it. *Work*: -sum F dx over all devices
 is what the loop gave the hands. What it gives at most at a stretch is held against all that can
 have been stored. *Ports*: work of the device less the energy that the server counted.
