@@ -32,10 +32,10 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.simulation.session import simulate_one
 
 TINY = Plan(
-    2, ("wifi_campus",), 1, ("wifi_campus", "thesis_lan_24"), 1, duration_s=4.0,
+    2, ("wifi_campus",), 1, ("wifi_campus", "thesis_lan_24"), 1, duration_s=3.2,
     methods=("strict", "direct"), tasks=("carry", "free"),
 )  # fmt: skip
-COARSE = Grid(tuple(np.geomspace(10.0, 20000.0, 4).tolist()), (1.0, 100.0))
+COARSE = Grid(tuple(np.geomspace(10.0, 20000.0, 3).tolist()), (1.0, 100.0))
 
 
 @pytest.fixture(scope="module")

@@ -92,7 +92,7 @@ def test_the_strict_channel_gives_nothing_out_and_plain_does():
         group: found_in(group)
         for group in (
             *(Group("strict", name, (7,), 2.0, compiled=False) for name in SWEPT),
-            Group("plain", "wifi_bad", (1, 7), 6.0, compiled=False),
+            Group("plain", "wifi_bad", (1, 7), 4.0, compiled=False),
         )
     }
     least = {group.channel: min(one.least_j) for group, one in found.items()}

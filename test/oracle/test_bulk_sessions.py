@@ -5,6 +5,7 @@
 The golden traces of every law in bulk: ``test_golden_traces.py``.
 """
 
+import hashlib
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 import yaml
 from support import golden
 
-from pmwvc_core import compiled
+from pmwvc_core import compiled, unrolled
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.bulk import run as bulk
 from pmwvc_core.simulation.bulk.run import can_run, run, session
@@ -40,21 +41,30 @@ def test_a_session_in_bulk_is_that_of_virtual_time(name, channel):
 
 
 @pytest.fixture
-def nothing_kept(monkeypatch, tmp_path):
-    """A home without compiled code, whatever this process has compiled before."""
+def nothing_marked(monkeypatch):
+    """A home in which no kind of session is marked as compiled, whatever this process has compiled
+    before. What the same sources of laws and compiler gave is kept: half a minute.
+    """
 
     def forget():
         compiled.kept_in.cache_clear()
         compiled.compiled.cache_clear()
 
-    monkeypatch.setenv("HOME", str(tmp_path))
+    compiler = hashlib.sha256()
+    for module in (compiled, unrolled):
+        compiler.update(Path(module.__file__).read_bytes())
+    home = CONFIG.parents[1] / ".pytest_cache" / "compiled" / compiler.hexdigest()[:16]
+    monkeypatch.setenv("HOME", str(home))
     forget()
+    for file in compiled.kept_in().iterdir():
+        if file.is_file():
+            file.unlink()
     yield
     forget()
 
 
 def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
-    nothing_kept, monkeypatch, caplog
+    nothing_marked, monkeypatch, caplog
 ):
     monkeypatch.setattr(bulk, "COMPILING_S", 0.1)
     monkeypatch.setattr(bulk, "LOADING_S", 0.05)

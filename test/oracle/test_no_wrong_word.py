@@ -200,13 +200,13 @@ def differences(found, terminal, report, said):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_drawn_session_says_no_wrong_word(seed, recorded_data):
     scenario = drawn(seed, recorded_data)
-    traces = stepped(scenario)
+    traces, twin = stepped(scenario)
     energies = budget(traces, scenario)
     found = summary(traces, scenario, energies)
     exact = not any(
         user.device.encoder_step_m > 0.0 or user.master.deadband.is_on for user in scenario.users
     )
-    wrong = wrong_words(own_judgement(scenario, traces), found, exact=exact)
+    wrong = wrong_words(own_judgement(scenario, traces, twin), found, exact=exact)
     said = page_of(scenario) if seed % PAGE_EVERY == 0 and not scenario.changes else []
     report = report_of(traces, scenario, found, energies)
     wrong += differences(found, verdict_lines(found), report, said)

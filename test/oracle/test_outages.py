@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.laws import as_written
+from support.laws import alter_laws
 from support.simulated import least_j, simulated
 
 from pmwvc_analysis.budget.budget import budget
@@ -37,7 +37,8 @@ OUTAGES = {
 }
 
 
-def session(link="", length_s=0.0, *, duration_s=7.0, channel="strict"):
+def session(link="", length_s=0.0, *, channel="strict"):
+    duration_s = BEGIN_S + length_s + 2.0
     texts = [f"channel={channel}"]
     if link:
         texts.append(f"{link}.schedule={BEGIN_S} outage; {BEGIN_S + length_s} base")
@@ -113,7 +114,7 @@ def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
 
 def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
     texts = ["channel=strict", "link.schedule=4 outage; 6 base"]
-    traces = simulated(files.load("blackout_2s", settings_texts=texts, duration_s=8.0))
+    traces = simulated(files.load("blackout_2s", settings_texts=texts, duration_s=6.5))
     for user in traces.users:
         assert user.accounts["node"].min() >= LEAST_J  # the hand takes 0.5 mJ of it back
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
@@ -174,7 +175,7 @@ def test_what_is_played_later_leaves_them_apart(monkeypatch):
     """The control: no loop lets time go by, no burst is skipped, no lag is made up. In motion the
     lag of one hand alone shows less: it is carried from 4 to 7 s.
     """
-    as_written(
+    alter_laws(
         monkeypatch,
         channel__arrivals__pass_by=lambda playout, lasted_s: playout,
         channel__playout__pace_arrive=lambda pace, lasted_s: pace_arrive(pace, lasted_s)._replace(
@@ -186,8 +187,8 @@ def test_what_is_played_later_leaves_them_apart(monkeypatch):
 
 
 def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
-    texts = ["link.schedule=5 outage; 8 base"]
-    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=12.0)
+    texts = ["task.move_s=2.5", "link.schedule=3.5 outage; 5.5 base"]
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=9.0)
     traces = simulated(scenario)
     user = traces.users[0]
     passed_j = user.accounts["playout_released"]
@@ -195,13 +196,13 @@ def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
     found = budget(traces, scenario)
     assert found.closes
     assert found.released == []
-    node = found.parts["user1"]["node"][found.time_s > 10.5]
+    node = found.parts["user1"]["node"][found.time_s > 8.0]
     assert node == pytest.approx(KEPT_J, abs=2e-5)
     (entry,) = [each for each in user_energies(traces, scenario) if each.name == "user1"]
     assert least_j(entry) >= LEAST_J
     unknown = {name: sums for name, sums in user.accounts.items() if name != "playout_released"}
     blind = replace(traces, users=[replace(user, accounts=unknown), traces.users[1]])
-    alone = budget(blind, scenario).parts["user1"]["node"][found.time_s > 10.5]
+    alone = budget(blind, scenario).parts["user1"]["node"][found.time_s > 8.0]
     assert alone + passed_j[-1] == pytest.approx(node, abs=1e-9)  # the control
 
 
@@ -235,8 +236,8 @@ def test_the_lag_is_back_ten_seconds_after_a_disturbance(name):
 
 
 def test_where_neither_direction_nor_hand_pays_a_distance_stays(monkeypatch):
-    """The control, which runs the laws as written: not as long. Nor does E0 pay."""
+    """The control. Nor does E0 pay."""
     none = {name: lambda s, h, wanted, beyond_j, p: (s, 0.0) for name in SPARED}
-    as_written(monkeypatch, port__strict_master__ASKED=0.0, **none)
+    alter_laws(monkeypatch, port__strict_master__ASKED=0.0, **none)
     unlent = "master.store_j=0", "server.store_j=0"
     assert left("losses in bursts", *unlent, after_s=3.0)[1] > 5e-4

@@ -86,7 +86,7 @@ def swung(kind, losses):
     swing = {"operator.kind": "sinusoid", "operator.frequency_hz": 0.5}
     soft = {"server.contact_stiffness": 50.0, "server.contact_damping": 5.0}
     more = {**swing, **soft, **LOSSES[losses]}
-    return pressed(kind, "live defaults, 16 ms", duration_s=20.0, seed=0, **more)
+    return pressed(kind, "live defaults, 16 ms", duration_s=14.0, seed=0, **more)
 
 
 @functools.cache

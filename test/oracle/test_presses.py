@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from presses import DELAY_S, GAP_M, Presses, pressed, scenario_of, simulated
-from support.laws import as_written
+from support.laws import alter_laws
 
 TAU_S = 2.0 * DELAY_S + 0.008 + 0.0035  # a step, and the ramp of eight ticks
 PRESS_S = 2.0
@@ -51,7 +51,7 @@ def test_presses_leave_the_loan_at_a_level_above_zero(monkeypatch):
     assert found.passive
     assert -LOAN_J <= found.least_j < -1e-4
     # the control: the same gain whatever is left
-    as_written(monkeypatch, position__feedback__MOST=1.0)
+    alter_laws(monkeypatch, position__feedback__MOST=1.0)
     control = pressed(run, 10.5 * PRESS_S)
     assert -np.diff(control.left_j)[-1] > 2.0 * taken[-1]
     assert control.left_j[-1] < found.left_j[-1] - 2e-4

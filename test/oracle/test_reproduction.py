@@ -42,7 +42,7 @@ def test_direct_coupling_of_app_b_fig_3():
 
 
 def test_the_offsets_of_app_b_fig_5():
-    found = numbers("B5")
+    found = numbers("B5", duration_s=8.0)
     for delay, expected in ((0, 0.55), (2, 1.19), (3, 1.51)):
         assert found[f"ahead_delay_{delay}_mm"] == pytest.approx(expected, rel=5e-3)
         assert found[f"force_delay_{delay}_n"] == pytest.approx(1.0, rel=1e-4)
@@ -99,13 +99,14 @@ def test_verdicts(bounds, value, expected):
 
 
 @pytest.mark.parametrize(
-    ("damping", "factor", "softest"), [(0.0, 1.58, 400.0), (15.0, 1.78, 1500.0)]
+    ("damping", "factor", "softest", "step"),
+    [(0.0, 1.58, 600.0, 100.0), (15.0, 1.78, 1600.0, 200.0)],
 )
-def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor, softest):
+def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor, softest, step):
     """App. C section 6, "almost twice"; the form that lengthens waves gave 0.28 to 0.44."""
     parameters = FIGURES["C5"].parameters["stiffness"]
     _, stiffest, _ = parameters["grid"]
-    parameters = parameters | {"damping": [damping], "grid": [softest, stiffest, 100.0]}
+    parameters = parameters | {"damping": [damping], "grid": [softest, stiffest, step]}
     found = largest_stiffness(parameters)
     assert found[f"factor_at_{damping:g}"] == pytest.approx(factor, abs=0.15)
 

@@ -77,7 +77,7 @@ def by_hand(scenario, scale):
     ],
 )  # fmt: skip
 def test_a_scaled_device_moves_as_one_behind_a_lever(settings, scale):
-    scenario = files.load("carry_16ms", settings_texts=list(settings), duration_s=4.0)
+    scenario = files.load("carry_16ms", settings_texts=list(settings), duration_s=3.0)
     user, *others = scenario.users
     scaled = replace(user, given_device=replace(user.given_device, scale=scale))
     [traces] = simulate([replace(scenario, users=(scaled, *others))])
@@ -93,7 +93,7 @@ def test_a_scaled_device_moves_as_one_behind_a_lever(settings, scale):
 
 def test_limits_are_those_of_the_devices_own_force():
     settings = ["device.scale=2", "safety.max_force=1", "safety.max_slew=20"]
-    scenario = files.load("carry_16ms", settings_texts=settings, duration_s=6.0)
+    scenario = files.load("carry_16ms", settings_texts=settings, duration_s=3.0)
     [traces] = simulate([scenario])
     for user in traces.users:
         own_n = 2.0 * user.f_applied[:, 0]

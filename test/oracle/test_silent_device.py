@@ -67,7 +67,7 @@ def resting(*settings):
     is 3 s after the silence [m], and the energy that pressing it back would take [J].
     """
     scenario, traces = carry(3.0, "task.kind=hold", *settings, duration_s=6.5)
-    _, calm = carry(None, "task.kind=hold", *settings, duration_s=6.5)
+    _, calm = carry(None, "task.kind=hold", duration_s=6.5)  # where E0 does nothing
     user = traces.users[0]
     before_n, after_n = np.abs(user.f_applied[[2900, -1], 0])
     needed_j = (before_n**2 - after_n**2) / (2.0 * scenario.users[0].operator.stiffness)
@@ -99,7 +99,9 @@ def unplugged(rearm_s):
     6 s, and is re-armed, or never.
     """
     settings = ["task.kind=hold", "task.grip_s=0.3", "task.grip_rise_s=0.5"]
-    scenario = files.load("carry_16ms", settings_texts=settings, duration_s=9.0)
+    scenario = files.load(
+        "carry_16ms", settings_texts=settings, duration_s=9.0 if rearm_s else 6.5
+    )
     batch = SteppedSession(scenario)
     batch.advance(4 * 10**9)
     batch.users[0].device.sample.fresh = False

@@ -20,7 +20,9 @@ from pmwvc_core.server.couplings import COUPLINGS
 from reproduction.single_user import z_width
 
 FRAME_S, POLE_50_HZ = 0.008, 100.0 * np.pi
-# Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way.
+BOUND = 1e4  # N/m: above all that is printed
+# Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way; of
+# direct coupling: ``test_reproduction.py``.
 LARGEST = [
     ({"server__coupling": "one_frame_late"}, 50.0, (5280.5, 2470.8, 2166.0, 2224.2)),
     ({"server__coupling": "one_frame_late"}, 100.0, (1037.4, 988.2, 965.4, 952.2)),
@@ -44,7 +46,6 @@ LARGEST = [
         50.0,
         (8482.3, 3595.2, 2774.5, 2488.5),
     ),
-    ({"controller": "direct"}, 50.0, (2500.0, 335.3, 47.1, 0.0)),
     # 50 Hz read as -20 dB moves the limits, as -3 dB leaves nothing stable.
     ({"server__coupling": "one_frame_late"}, POLE_50_HZ / np.sqrt(99.0), (4850, 2854, 2810, 3093)),
     ({"server__coupling": "one_frame_late"}, POLE_50_HZ, (0.0,)),
@@ -57,7 +58,7 @@ def test_the_largest_stiffness_of_app_b(values, pole, largest):
         scenario = linear_loops.scenario(
             master__filter__pole_rad_s=pole, link__delay_s=frames * FRAME_S, **values
         )
-        assert k_max(scenario).first == pytest.approx(expected, rel=5e-3, abs=1e-9)
+        assert k_max(scenario, bound=BOUND).first == pytest.approx(expected, rel=5e-3, abs=1e-9)
 
 
 class AsPrinted(NamedTuple):
@@ -83,7 +84,7 @@ def test_equation_14_as_published_is_far_from_its_own_figure(monkeypatch):
     plugins.imported.cache_clear()
     for frames, expected in ((0, 139), (3, 70)):
         of = linear_loops.scenario(server__coupling="printed", link__delay_s=frames * FRAME_S)
-        assert k_max(of).first == pytest.approx(expected, rel=1e-2)
+        assert k_max(of, bound=BOUND).first == pytest.approx(expected, rel=1e-2)
     plugins.imported.cache_clear()
 
 
@@ -149,7 +150,7 @@ def test_islands_above_the_first_crossing_are_found(values, delay_s):
 
 def test_the_z_width_narrows_with_damping_where_the_computation_is_late():
     late = {"server__coupling": "one_step_delay", "server__environment": "wall", "users": 1}
-    damping = [0.0, 10.0, 20.0, 30.0]
+    damping = [0.0, 10.0, 30.0]
     limits = z_width(linear_loops.scenario(**late), damping)
     firsts = [limit.first for limit in limits]
     assert firsts == sorted(firsts, reverse=True)
@@ -160,4 +161,4 @@ def test_the_z_width_narrows_with_damping_where_the_computation_is_late():
             )
             assert bool(radii(scenario)[0] <= 1.0) is stable
     at_once = linear_loops.scenario(**late | {"server__coupling": "implicit"})
-    assert [limit.first for limit in z_width(at_once, damping)] == [None] * 4
+    assert [limit.first for limit in z_width(at_once, damping)] == [None] * 3

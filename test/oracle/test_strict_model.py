@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from oracle.test_multirate_model import compare
 from support import linear_loops
-from support.laws import as_written
+from support.laws import alter_laws
 
 from pmwvc_analysis.models import ends
 from pmwvc_analysis.models.linearize import build
@@ -47,7 +47,7 @@ def unbound(monkeypatch):
     """Give every playout energy for whatever it does, and time to play what it has in store."""
     names = ("channel__playout__free_j", "channel__arrivals__free_j")
     endless = dict.fromkeys(names, lambda playout: 1e9)
-    as_written(monkeypatch, channel__playout__MOST_J=1e12, **endless)
+    alter_laws(monkeypatch, channel__playout__MOST_J=1e12, **endless)
     monkeypatch.setattr(linear_loops, "SETTLED", 800)
 
 

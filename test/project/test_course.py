@@ -23,6 +23,7 @@ from pmwvc_bringup import scenarios
 from pmwvc_bringup.cli import build_parser
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "course"
+FIRST = STEPS[0].runs["near"]
 LIVE = "view live"  # a person takes part; nothing on a page is said of its numbers
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?![\w.]*\d)")
 
@@ -48,8 +49,8 @@ def asked(command):
 
 @functools.cache
 def sessions(name):
-    """Return the sessions of a step, each as the command line has it that its page prints; those
-    of the first step are run by it, and read from the folder that it wrote.
+    """Return the sessions of a step, each as the command line has it that its page prints; the
+    first one of all is run by it, and read from the folder that it wrote.
     """
     (step,) = [step for step in STEPS if step.name == name]
     return dict(run_as_printed(step))
@@ -59,7 +60,7 @@ def run_as_printed(step):
     """Yield name and session of each run of a step."""
     for key, run in step.runs.items():
         assert asked(run.command) == run.load()
-        if step is not STEPS[0]:
+        if run is not FIRST:
             yield key, simulated(run)
             continue
         with tempfile.TemporaryDirectory() as folder:

@@ -7,7 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support import plain as scenarios
 from support.law_rigs import Users
-from support.laws import as_written
+from support.laws import alter_laws
 
 from pmwvc_core.made.waves import made_impedance
 from pmwvc_core.params import ContactParams, ServerParams
@@ -72,7 +72,7 @@ def test_hardly_any_of_many_wild_settings_is_left_unsettled():
 
 def test_an_unsettled_step_is_reported(monkeypatch):
     """The control: without iterations the equation is not solved, and the session says so."""
-    as_written(monkeypatch, server__coupled_axes__STEPS=0)
+    alter_laws(monkeypatch, server__coupled_axes__STEPS=0)
     matrix = "master.impedance_matrix=30 6 0; 6 20 4; 0 4 25"
     scenario = scenarios.load("cube_3d", users=1, duration_s=3.0, settings_texts=[matrix])
     traces = simulate_one(scenario)

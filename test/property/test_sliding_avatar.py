@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.law_rigs import Users
-from support.laws import as_written
+from support.laws import alter_laws
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.nodes import of_server
@@ -206,6 +206,6 @@ def test_a_hand_that_joined_again_inside_is_with_its_avatar_after_backing_off(tm
 
 def test_without_sliding_it_is_apart_for_good(tmp_path, monkeypatch):
     """The control."""
-    as_written(monkeypatch, server__server_port__SLIDE_M_S=0.0)
+    alter_laws(monkeypatch, server__server_port__SLIDE_M_S=0.0)
     _, traces = rejoined(tmp_path, FREE_S)
     assert apart_m(traces, FREE_S) > 0.01

@@ -3,11 +3,13 @@
 """Laws beside what they must equal: the numbers in them, one after the other."""
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from pmwvc_core.compiled import compiled
+from pmwvc_core.unrolled import unrolled
 
 SAME = 1e-12
 
@@ -30,14 +32,20 @@ def assert_same(one: Any, other: Any, said: str = "") -> None:
     np.testing.assert_allclose(numbers(one), numbers(other), rtol=SAME, atol=SAME, err_msg=said)
 
 
-def as_written(monkeypatch: Any, **changed: Any) -> None:
-    """Have sessions run the laws as they are written, so that a test can change one of them: a
-    name is that of a module of the laws and what is changed in it, with ``__`` for the dots.
+def alter_laws(monkeypatch: Any, **changed: Any) -> None:
+    """Have sessions link the laws anew, with changes: a name is that of a module of the laws and
+    what is changed in it, with ``__`` for the dots.
     """
-    for who in ("core.ends.user_end", "core.ends.server_end", "analysis.models.ends"):
-        monkeypatch.setattr(f"pmwvc_{who}.unrolled", lambda law, axes: law)  # none is kept
     for name, value in changed.items():
         monkeypatch.setattr(f"pmwvc_core.law.{name.replace('__', '.')}", value)
+    anew = cache(unrolled.__wrapped__)  # what was linked before has the laws as they were
+    for who in (
+        "core.unrolled",
+        "core.ends.user_end",
+        "core.ends.server_end",
+        "analysis.models.ends",
+    ):
+        monkeypatch.setattr(f"pmwvc_{who}.unrolled", anew)
 
 
 def in_bulk(driver: Callable[..., Any]) -> Any:

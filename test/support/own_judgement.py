@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A judgement of a session from its raw traces, by other means than the product's.
 
-*Twin*: the session again, its devices kicked once. Where the difference dies out the loop is no
+*Twin*: a copy of the session, its devices kicked. Where the difference dies out the loop is no
 source of the motion; hands and what they are given explain it. *Work*: -sum F dx over all devices
 is what the loop gave the hands. What it gives at most at a stretch is held against all that can
 have been stored. *Ports*: work of the device less the energy that the server counted.
@@ -10,6 +10,8 @@ have been stored. *Ports*: work of the device less the energy that the server co
 ``wrong_words`` compares that with what the summary, the terminal, the report and the page say.
 """
 
+import copy
+import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,32 +59,39 @@ class Own(NamedTuple):
         return self.dies_out and self.given_j <= self.stored_j + LEAST_J and not self.blown_up
 
 
-def stepped(scenario, kick_s=None):
-    """Return the traces of a session; its devices get a kick at a time [s]."""
+def stepped(scenario, kick_at=0.4):
+    """Return the traces of a session and of its twin: a copy of it whose devices get a kick after
+    a share of its time.
+    """
     session = SteppedSession(scenario)
     end_ns = session.ticks * session.tick_ns
     due = [(round(change.time_s * 1e9), new) for change, new in over_time(scenario)]
-    due += [] if kick_s is None else [(round(kick_s * 1e9), None)]
-    for at_ns, new in sorted(due, key=lambda each: each[0]):
-        session.advance(min(at_ns, end_ns))
-        if new is not None:
-            session.change(new)
-            continue
-        for number, user in enumerate(session.users):
-            state, kick = user.device.s, KICK_M_S / (1.0 + number)
-            moved = {
-                name: tuple(v + kick for v in getattr(state, name)) for name in ("xd", "read_xd")
-            }
-            user.device.s = state._replace(**moved)
-    session.advance(end_ns)
-    session.advance(NEVER_NS)
-    for user in session.users:
-        user.up.drain(end_ns)
-        user.down.drain(end_ns)
-    return session.traces()
+    kick_ns = round(kick_at * end_ns)
+    go_on(session, [each for each in due if each[0] < kick_ns], kick_ns)
+    session._steps, left = itertools.tee(session._steps)
+    twin = copy.deepcopy(session, {id(session._steps): left})
+    for number, user in enumerate(twin.users):
+        state, kick = user.device.s, KICK_M_S / (1.0 + number)
+        moved = {name: tuple(v + kick for v in getattr(state, name)) for name in ("xd", "read_xd")}
+        user.device.s = state._replace(**moved)
+    for each in (session, twin):
+        go_on(each, [change for change in due if change[0] >= kick_ns], end_ns)
+        each.advance(NEVER_NS)
+        for user in each.users:
+            user.up.drain(end_ns)
+            user.down.drain(end_ns)
+    return session.traces(), twin.traces()
 
 
-def own_judgement(scenario, traces, kick_at=0.4) -> Own:
+def go_on(session, due, until_ns):
+    """Step a session up to an instant, with the changes that are due before."""
+    for at_ns, new in due:
+        session.advance(min(at_ns, until_ns))
+        session.change(new)
+    session.advance(until_ns)
+
+
+def own_judgement(scenario, traces, twin) -> Own:
     """Judge a session without what the product makes of it."""
     users, server = traces.users, traces.server
     signals = [np.concatenate([u.x_m, u.f_applied], axis=-1) for u in users] + [server.x_o]
@@ -112,7 +121,7 @@ def own_judgement(scenario, traces, kick_at=0.4) -> Own:
         finite,
         any((user.state == FAULT).any() for user in users),
         cut,
-        *_twin(scenario, traces, kick_at),
+        *_twin(scenario, traces, twin),
         float(rise.max()),
         turned,
         held_j + float(moving) + declared,
@@ -154,8 +163,7 @@ def _hand_j(user, server, work):
     return float(np.min(done[at] - (u_s - v_s)))
 
 
-def _twin(scenario, traces, kick_at):
-    kicked = stepped(scenario, kick_at * traces.duration_s)
+def _twin(scenario, traces, kicked):
     rows = slice(round(-0.5 / scenario.tick_s), None)
     end, motion = 0.0, 0.0
     for one, other in zip(traces.users, kicked.users, strict=True):

@@ -63,21 +63,27 @@ def test_the_report_holds_its_pictures(compared):
     assert (folder / "plots" / "compare_forces.svg").is_file()
 
 
-def test_a_row_says_how_its_parameters_meet_their_rules(tmp_path):
+@pytest.fixture(scope="module")
+def rival(tmp_path_factory):
+    """A session of a comparison that an exact model answers, and its row."""
+    folder = tmp_path_factory.mktemp("rival")
     words = ["wall", "--over", "controller=virtual_coupling", "--duration", "1", "--no-figures"]
-    first = pmwvc("compare", *words, "--out", "rival", "--json", cwd=tmp_path)
+    first = pmwvc("compare", *words, "--out", "all", "--json", cwd=folder)
     assert first.returncode == 0, first.stderr
     (row,) = json.loads(first.stdout)["sessions"]
+    return folder / "all" / row["folder"], row
+
+
+def test_a_row_says_how_its_parameters_meet_their_rules(rival):
+    place, row = rival
     assert re.fullmatch(r"misses rule colgate by [\d.]+ N s/m|meets its rules", row["tuning"])
-    summary = json.loads((tmp_path / "rival" / row["folder"] / "summary.json").read_text("utf-8"))
+    summary = json.loads((place / "summary.json").read_text("utf-8"))
     for name, value in row["parameters"].items():
         assert summary["parameters"][name] == value  # what was simulated
 
 
-def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
-    folder, found = compared
-    place = folder / found["sessions"][0]["folder"]
-    words = ("replay", place, "--out", "again", "--no-figures", "--json")
+def test_a_session_of_a_comparison_can_be_replayed(rival, tmp_path):
+    words = ("replay", rival[0], "--out", "again", "--no-figures", "--json")
     result = pmwvc(*words, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     again = json.loads(result.stdout)

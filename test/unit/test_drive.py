@@ -76,12 +76,12 @@ def recorded(recorded_data, offset_m):
 def test_a_recorded_person_at_a_wall_shakes_no_loop(recorded_data, offset_m):
     person = recorded(recorded_data, offset_m)
     for kept in (STRICT, IDEAL):
-        found = judged(wall(*kept, *person))
+        found = judged(wall(*kept, *person, duration_s=6.0))
         assert found.stable is True, found.why
         assert "not seen to come from the loop; the exact model" in found.why
-    found = judged(wall("controller=tdpa", *person))
+    found = judged(wall("controller=tdpa", *person, duration_s=6.0))
     assert found.stable is None and "whether the loop keeps it up is not known" in found.why
-    assert judged(wall(*DIRECT, *person)).stable is False  # the control
+    assert judged(wall(*DIRECT, *person, duration_s=6.0)).stable is False  # the control
 
 
 @pytest.mark.parametrize(("hertz", "force_n"), [(1.0, 3.0), (5.0, 8.0)])
@@ -133,11 +133,11 @@ def test_a_passive_loop_never_drives_a_motion(channel, delay_ms, stiffness, star
 
 
 def test_nothing_is_said_where_work_is_not_known():
-    scenario = wall(*PLAIN)
+    scenario = wall(*PLAIN, duration_s=4.0)
     traces = simulated(scenario)
     assert drove(traces, scenario, 1.0, 3.0) != UNKNOWN
     assert drove(traces, None, 1.0, 3.0) == UNKNOWN
-    active = wall("server.coupling=unknown", "server.environment=active_wall")
+    active = wall("server.coupling=unknown", "server.environment=active_wall", duration_s=4.0)
     assert drove(simulated(active), active, 1.0, 3.0).moved_j == 0.0
     alone = scenarios.load("carry_16ms", settings_texts=["channel=plain"], duration_s=4.0)
     assert drove(traces, alone, 1.0, 3.0).moved_j == 0.0  # the other user was not recorded

@@ -3,6 +3,7 @@
 """A step of the course as a record: the sessions it runs, its numbers and its picture."""
 
 import contextlib
+import functools
 import io
 import json
 import shlex
@@ -106,8 +107,12 @@ class Session:
 
 
 def simulated(run: Run) -> Session:
-    """Run a session and judge it."""
-    scenario = run.load()
+    """Run a session and judge it; once, where two steps have the same."""
+    return _session(run.load())
+
+
+@functools.cache
+def _session(scenario: Scenario) -> Session:
     traces = pmwvc.simulate(scenario)
     return Session(scenario, traces, pmwvc.verdict(traces, scenario))
 
