@@ -155,7 +155,7 @@ for name in RIVALS:
         scenario = Trial(name, settings, "carry", "thesis_lan_16", 1, 1.0).scenario
         texts[settings] = [str(user.operator) + str(user.link_up) for user in scenario.users]
     one = run(Trial(name, of.settings, "carry", "thesis_lan_16", 1, 4.5))
-    deep = simulate_one(Trial(name, (*of.settings, "dof=3"), "carry", "wifi_bad", 1, 0.8).scenario)
+    deep = simulate_one(Trial(name, (*of.settings, "dof=3"), "carry", "wifi_bad", 1, 1.5).scenario)
     found[name] = {
         "failure": one.failure, "path_m": one.path_error_m, "lost": one.grip_lost,
         "hands": len(set(map(str, texts.values()))), "ranges": len(of.ranges),
