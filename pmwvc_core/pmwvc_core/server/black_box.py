@@ -191,8 +191,8 @@ def _exchange(
 
 @touched.touches.member(Outside)
 def _touched(s: Outside, user: int, pushed: bool) -> bool:
-    said = getattr(s.environment, "touching", ())
-    return bool(said[user]) if user < len(said) else pushed
+    known = getattr(s.environment, "touching", ())
+    return bool(known[user]) if user < len(known) else pushed
 
 
 def _of_outside(box: Any, name: str, nothing: Any) -> Any:

@@ -168,6 +168,6 @@ def _energies(p: BlackBoxParams, s: SharedScene) -> Vector:
 def _shown(p: BlackBoxParams, s: SharedScene, user: int) -> server_port.PortShown:
     port = s.ports[user]
     a = port.avatar
-    feels = a.present and touches(s.body.environment, user, a.f != zero(a.f))
+    in_touch = a.present and touches(s.body.environment, user, a.f != zero(a.f))
     ratio = learned(s.body.users[user].secant) if p.learns else 0.0
-    return server_port.PortShown(port.v_s, feels, ratio)
+    return server_port.PortShown(port.v_s, in_touch, ratio)
