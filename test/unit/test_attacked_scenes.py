@@ -32,6 +32,8 @@ from pmwvc_master.devices import DeviceError
 from pmwvc_master.devices.haply import HaplyDevice, HaplyParams
 
 H = 0.008
+PEA = """<body name="pea" pos="0 0 1"><freejoint/><geom size="0.01" mass="0.2"/></body>
+</worldbody>"""
 
 
 def box(stiffness=500.0, own=None, **server):
@@ -138,8 +140,7 @@ def test_a_scene_that_cannot_be_used_is_refused_with_a_way_out(tmp_path, values,
 )
 def test_a_scene_file_that_is_wrong_is_refused_with_a_way_out(tmp_path, old, new, words):
     file = Path(written(tmp_path))
-    pea = '<body name="pea" pos="0 0 1"><freejoint/><geom size="0.01" mass="0.2"/></body>'
-    text = file.read_text("utf-8").replace("</worldbody>", f"{pea}</worldbody>")
+    text = file.read_text("utf-8").replace("</worldbody>", PEA)
     file.write_text(text.replace(old, new, 1), "utf-8")
     with pytest.raises(ParameterError) as caught:
         scene(file)
@@ -208,8 +209,7 @@ def test_the_report_says_what_was_written_into_the_model(door):
 def test_how_other_bodies_of_a_scene_turn_is_not_drawn(tmp_path):
     """A report of six axes and two bodies that move ended with an IndexError."""
     file = Path(written(tmp_path))
-    pea = '<body name="pea" pos="0 0 1"><freejoint/><geom size="0.01" mass="0.2"/></body>'
-    file.write_text(file.read_text("utf-8").replace("</worldbody>", f"{pea}</worldbody>"), "utf-8")
+    file.write_text(file.read_text("utf-8").replace("</worldbody>", PEA), "utf-8")
     scenario = load("lift", duration_s=0.5, settings_texts=[f"server.scene={file}", "dof=6"])
     chart = positions(simulate([scenario])[0], scenario)
     assert ["pea" in lines(chart, axis) for axis in range(6)] == [True] * 3 + [False] * 3

@@ -36,13 +36,13 @@ def bodies(server: ServerTraces) -> tuple[str, dict[str, Array]]:
     """Return the name of the object, and where those of a scene's other bodies are that moved most
     and that nobody holds, from the devices' origin ``(step, 3)`` [m].
     """
-    scene, poses = server.scene or {}, server.poses if server.scene else {}
-    origin, shapes = scene.get("origin", (0.0, 0.0, 0.0)), scene.get("shapes", ())
-    held = [shape["body"] for shape in shapes if shape.get("user", -1) >= 0]
-    free = {n: rows[:, :3] - origin for n, rows in poses.items() if n not in held}
-    by_way = sorted([*free][1:], key=lambda name: -np.ptp(free[name], 0).max())[:MOST_BODIES]
-    moved = {name: free[name] for name in by_way if np.ptp(free[name], 0).max() > MOVED_M}
-    return next(iter(free), "object"), moved
+    scene, poses = server.scene, server.poses.items() if server.scene else ()
+    held = [shape["body"] for shape in scene.get("shapes", ()) if shape.get("user", -1) >= 0]
+    free = {n: rows[:, :3] - scene.get("origin", 0.0) for n, rows in poses if n not in held}
+    first, *others = free or ["object"]
+    ways_m = {name: float(np.ptp(free[name], 0).max()) for name in others}
+    most = sorted(others, key=ways_m.__getitem__, reverse=True)[:MOST_BODIES]
+    return first, {name: free[name] for name in most if ways_m[name] > MOVED_M}
 
 
 def span(traces: SessionTraces) -> Span:

@@ -34,7 +34,8 @@ IMPRATIO = 100.0
 SOLREF = (4e-3, 1.0)  # twice as slow as the fastest that the solver allows
 SOLIMP = (0.998, 0.9995, 0.001, 0.5, 2.0)  # 2 N sink 0.06 mm
 OVERRIDES = 1e6  # weight of a contact's parameters against those of the other geom
-ROUNDING, LARGEST_RATIO = 1e-9, 1e4  # the latter of two masses
+ROUNDING = 1e-9
+LARGEST_RATIO = 1e4  # of two masses
 
 
 class Grasp(NamedTuple):
@@ -124,10 +125,8 @@ def _axes(setup: EnvironmentSetup) -> list[Array]:
     for b in impedances:
         turning = b - b[-1, -1] * np.eye(setup.dof)
         if np.abs(turning[3:]).max(initial=0.0) > ROUNDING * np.abs(b).max():
-            text = (
-                "impedance_matrix: in a scene of MuJoCo axes 4 to 6 have one number, coupled with"
-            )
-            raise ParameterError(f"{text} nothing: a ball joint resists alike about every axis")
+            text = "in a scene of MuJoCo axes 4 to 6 have one number, coupled with nothing"
+            raise ParameterError(f"impedance_matrix: {text}: a ball resists alike about all axes")
     return [np.linalg.eigh(b[:3, :3])[1] for b in impedances]
 
 

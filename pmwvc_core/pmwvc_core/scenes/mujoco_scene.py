@@ -32,8 +32,9 @@ from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_mode
 from pmwvc_core.server.black_box import EnvironmentSetup, matrices_of, times_rows
 
 OVERLAP_M = 1e-4  # that is none
+SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
-SETTLE_S, LARGEST_M_S = 2.0, 1e3  # faster is no motion
+LARGEST_M_S = 1e3  # faster is no motion
 W_LAST, W_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]  # of quaternions: w is first in MuJoCo
 
 

@@ -30,7 +30,7 @@ COMMANDED = Impedance(math.inf, 0.0, math.inf, 1.0, (math.inf,))
 
 # (s, visitors, p) -> (s, avatars, stored [J]): one step on; p are the parameters of the port
 moved_by = Family("moved_by")
-touches = Family("touches", lambda s, user, pushed: pushed)  # whether one touches that is pushed
+touches = Family("touches", lambda s, user, pushed: pushed)  # (s, user, is it pushed) -> touches
 visited = Family("visited", same)  # (s, there, begins, positions) -> s: who is there, begins anew
 
 
