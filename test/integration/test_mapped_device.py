@@ -79,7 +79,7 @@ def test_a_scaled_handle_is_let_go_moved_and_coupled_again_without_a_step():
             driver.until(pushed(0.0))
             driver.until(lambda: driver.x == MOVED_M, MOVED_M)
             driver.until(at(away))
-            assert (blocks[-1].state, blocks[-1].reason) == (0, UNCOUPLED)  # on record
+            driver.until(lambda: (blocks[-1].state, blocks[-1].reason) == (0, UNCOUPLED))
             clutch(False)
             driver.until(pushed(PEAK_N))
             driver.until(lambda: (blocks[-1].state, blocks[-1].reason) == (1, ""))
