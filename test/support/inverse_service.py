@@ -32,6 +32,7 @@ class InverseService:
         self.copies = 1  # of each answer
         self.grips = []  # wireless VerseGrips
         self.held = None  # answers that wait
+        self._holding = threading.Lock()
         self.forces: queue.Queue = queue.Queue()
         self.connections = []
         self.start()
@@ -60,10 +61,11 @@ class InverseService:
 
     def release(self, count=None):
         """Send answers that were held back, the first ones or all."""
-        for connection, answer in self.held[:count]:
-            with contextlib.suppress(ConnectionClosed):  # the device may have gone
-                connection.send(answer)
-        self.held = self.held[count:] if count else None
+        with self._holding:
+            for connection, answer in self.held[:count]:
+                with contextlib.suppress(ConnectionClosed):  # the device may have gone
+                    connection.send(answer)
+            self.held = self.held[count:] if count else None
 
     def force(self):
         """Return the next force that came [N], by id; it is waited for."""
@@ -91,11 +93,12 @@ class InverseService:
                     form = "vector" if self.version == "3.5" else "values"
                     force = device["commands"]["set_cursor_force"].get(form)
                     answers = [(connection, self.answer())] * self.copies
-                    if self.held is not None:
-                        self.held += answers
-                    else:
-                        for _, answer in answers:
-                            connection.send(answer)
+                    with self._holding:
+                        if self.held is not None:
+                            self.held += answers
+                        else:
+                            for _, answer in answers:
+                                connection.send(answer)
                     # Last: who has seen the force knows that it is answered, or held.
                     self.forces.put((device["device_id"], force))
         except ConnectionClosed:

@@ -57,31 +57,55 @@ def test_three_axes_are_turned_alike_for_motion_and_force(waiting):
 
 def test_of_answers_that_wait_the_newest_counts_with_its_age(waiting):
     with InverseService() as service, opened(service) as device:
-        service.hold()
-        for tick in range(1, 5):
-            device.driver._due_ns = tick * TICK_NS
-            service.position[0] = 0.01 * tick
-            device.write(0.0)
-            service.force()
+        ask_while_held(service, device)
         service.release(1)
-        first = device.read(5 * TICK_NS)
+        first = device.read(3 * TICK_NS)
         assert (first.x, first.measured_ns, first.fresh) == (0.01, TICK_NS, True)
+        device.write(0.0)
+        service.force()
         service.release()
-        last = device.read(6 * TICK_NS)
-        assert (last.x, last.measured_ns, last.fresh) == (0.04, 4 * TICK_NS, True)
-        assert not device.read(7 * TICK_NS).fresh  # nothing more was asked
+        last = device.read(4 * TICK_NS)
+        assert (last.x, last.measured_ns, last.fresh) == (0.02, 3 * TICK_NS, True)
+        assert not device.read(5 * TICK_NS).fresh  # nothing more was asked
+
+
+def ask_while_held(service, device):
+    """Move and write at the first two ticks, whose answers are held back."""
+    service.hold()
+    for tick in range(1, 3):
+        device.driver._due_ns = tick * TICK_NS
+        service.position[0] = 0.01 * tick
+        device.write(0.0)
+        service.force()
+
+
+def test_a_service_slower_than_the_loop_gets_fewer_forces_and_samples_stay_young(waiting):
+    """It answers two of three ticks; a queue would make samples older by a tick every three."""
+    with InverseService() as service, opened(service) as device:
+        ask_while_held(service, device)
+        sent, ages = 2, []
+        for tick in range(3, 303):
+            if tick % 3:
+                service.release(1)
+                sample = device.read(tick * TICK_NS)
+                ages.append(tick - sample.measured_ns // TICK_NS)
+            before = len(device._asked)
+            device.write(0.001 * tick)
+            if len(device._asked) > before:
+                assert service.force()[1]["x"] == -0.001 * tick  # that of the tick itself
+                sent += 1
+        assert max(ages) <= 3
+        assert 195 <= sent <= 202 and service.forces.empty()
+        device.stop()
+        assert service.force()[1]["x"] == 0.0
 
 
 def test_a_read_takes_all_that_waits_in_however_small_pieces(waiting, monkeypatch):
     monkeypatch.setattr(inverse_link, "READ", 7)
     with InverseService() as service, opened(service) as device:
-        service.hold()
-        for tick in range(1, 4):
-            device.driver._due_ns = tick * TICK_NS
-            device.write(0.0)
-            service.force()
+        ask_while_held(service, device)
         service.release()
-        assert device.read(4 * TICK_NS).measured_ns == 3 * TICK_NS
+        assert device.read(3 * TICK_NS).measured_ns == 2 * TICK_NS
 
 
 def test_answers_that_are_repeated_make_no_sample_younger(waiting):

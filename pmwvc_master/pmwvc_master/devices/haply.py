@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Haply Inverse3 and Minverse, behind the Inverse Service of this machine (JSON over WebSocket).
 
-The service answers every message with one state. ``write`` sends the force at once; the next
-``read`` takes its answer, so a state is a tick old. The rendered damping b, held for a tick T on a
-mass m, then acts on the velocity of the tick before::
+The service answers every message with one state, which the next ``read`` takes: it is a tick old.
+The rendered damping b, held for a tick T on a mass m, acts on the velocity of the tick before::
 
     v[k+1] = v[k] - r v[k-1],   r = b T/m:   overshoots from r = 1/4, unstable from 1 (not 2).
 
-Of the answers that wait the newest counts; ``measured_ns`` is the tick of its message. A service
-without an answer for a second, or a connection, is called again every second; samples are invalid
-meanwhile. Service 3.5 takes a force as ``vector``, 3.1 as ``values``; only 3.5 reports basis,
-mount and filters in its first message. Its axes: x right, y forward, z up.
+Of the answers that wait the newest counts; ``measured_ns`` is the tick of its message. A slow
+service gets fewer forces, not older ones. Without an answer for a second, or a connection, it is
+called again every second; samples are invalid meanwhile. Service 3.5 takes a force as ``vector``,
+3.1 as ``values``; only 3.5 reports basis, mount and filters first. Axes: x right, y forward, z up.
 """
 
 import contextlib
@@ -34,6 +33,7 @@ from pmwvc_master.devices.profile import ORIGIN
 from pmwvc_master.devices.vendor import OPEN_S, Measurement, VendorDevice
 
 CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the service is gone
+MOST_ASKED = 2  # messages without an answer: the newest, and one that is late
 NEW_IN_3_5 = {"basis", "mount", "filters"}
 PLANT = ("gravity_compensation", "torque_scaling", "home_return", "preset", *sorted(NEW_IN_3_5))
 NO_STATE = (ValueError, LookupError, TypeError, AttributeError)
@@ -166,17 +166,24 @@ class HaplyDevice(VendorDevice):
         self._sample.fresh, self._sample.measured_ns = True, measured_ns
 
     def write(self, f_m: Value) -> None:
-        """Send the force on the hand at once."""
-        if self._link is None or not self._form:
-            return
-        vector = dict(zip("xyz", (-flatten(f_m)).tolist(), strict=False))
-        force = {"set_cursor_force": {self._form: vector}}
-        message = {"inverse3": [{"device_id": self._id, "commands": force}]}
-        try:
-            self._link.send(json.dumps(message))
-            self._asked.append(self._due_ns)
-        except LinkLost as error:
-            self._lose(self._link, error)
+        """Send the force on the hand at once; none behind a queue, which would make it old."""
+        if len(self._asked) < MOST_ASKED:
+            self._push(f_m)
+
+    def stop(self) -> None:
+        """Set the force to zero, behind whatever queue there is."""
+        self._push(self._zero)
+
+    def _push(self, f_m: Value) -> None:
+        if self._link is not None and self._form:
+            vector = dict(zip("xyz", (-flatten(f_m)).tolist(), strict=False))
+            force = {"set_cursor_force": {self._form: vector}}
+            message = {"inverse3": [{"device_id": self._id, "commands": force}]}
+            try:
+                self._link.send(json.dumps(message))
+                self._asked.append(self._due_ns)
+            except LinkLost as error:
+                self._lose(self._link, error)
 
     def close(self) -> None:
         """Close when the last force is answered (it could be lost), and give the device back."""

@@ -17,7 +17,7 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS
 from pmwvc_core.numeric import AXES, Value, flatten
 from pmwvc_core.runtime.parameters import declare
-from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices import DeviceInfo, DeviceSample, DeviceSetup, HapticDevice
 from pmwvc_master.devices.profile import ORIGIN, Vector3, models_of, profile_of
 from pmwvc_master.devices.turn import Turn
 
@@ -35,7 +35,7 @@ class Measurement(NamedTuple):
     buttons: int = 0
 
 
-class VendorDevice:
+class VendorDevice(HapticDevice):
     """The part of a device that is alike for all; the force of its hand is not known."""
 
     axes, buttons = "x y z", 0
@@ -100,13 +100,6 @@ class VendorDevice:
         if sample.valid and turn is not None:
             sample.x, sample.xd = np.append(sample.x, turn.way), np.append(sample.xd, turn.rate)
             sample.orientation = turn.orientation
-
-    def write(self, f_m: Value) -> None:
-        """Push the hand with ``-f_m`` until the next call."""
-        raise NotImplementedError
-
-    def couple(self) -> None:
-        """Do nothing: a person needs no start."""
 
     def stop(self) -> None:
         """Set the force to zero."""
