@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.traces.holes import ran_s
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.ends.server_end import kept_words
 from pmwvc_core.frame import Presence
@@ -41,7 +42,8 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
         return None
     index, times = server.users.index(user.name), server.time_s
     x_s = server.x_s[index]
-    step = np.searchsorted(times, packets.time_s + ROUNDED_S, side="right") - 1  # that sent each
+    sent_s = packets.time_s + ROUNDED_S
+    step = np.searchsorted(ran_s(server, traces), sent_s, side="right") - 1  # of each packet
     step, position = step[step >= 0], packets.position[step >= 0]
     known = np.isfinite(position).all(axis=-1)
     newest = np.full(len(times), -1)
