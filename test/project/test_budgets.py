@@ -73,7 +73,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_818,
+        3_769,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),

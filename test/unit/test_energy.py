@@ -49,7 +49,7 @@ def test_gaps_anywhere_change_no_balance(seed):
         handmade.without_blocks(holed.users[0], slice(int(start), stop))
     kept = random.random(len(holed.server.time_s)) > 0.2
     server = holed.server
-    for name in ("time_s", "step"):
+    for name in ("time_s", "step", "periods_s"):
         setattr(server, name, getattr(server, name)[kept])
     for name in ("f_s", "xd_s", "energy_u_s", "energy_v_s"):
         setattr(server, name, [values[kept] for values in getattr(server, name)])

@@ -62,7 +62,7 @@ def test_force_error_buzz_and_offset_are_those_that_a_session_was_given(session)
     for each, x_s, apart in zip(traces.users, server.x_s, (3e-3, 4e-3), strict=True):
         each.x_m[:], x_s[:] = 0.0, apart
         x_s[: len(x_s) // 2] = 0.0
-        traces.packets[f"/server/{each.name}/wave_down"].position[:] = 0.0  # at joining, too
+        traces.packets[f"/server/{each.name}/wave_down"].position[:] = x_s
     found = measures(traces, scenario)["coherency_rms_m"]  # over all users
     assert found == pytest.approx(np.sqrt((9e-6 + 16e-6) / 4), rel=0.02)
 

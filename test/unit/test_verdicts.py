@@ -160,7 +160,9 @@ def cut_by_a_limit(traces):
 
 
 def on_the_move(traces):
-    traces.server.x_s[0] += 0.01 * traces.server.time_s[:, np.newaxis]
+    way_m = 0.01 * traces.server.time_s[:, np.newaxis]
+    for place in (traces.server.x_s[0], traces.packets["/server/user1/wave_down"].position):
+        place += way_m
 
 
 def at_rest(traces):

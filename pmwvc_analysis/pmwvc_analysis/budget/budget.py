@@ -16,13 +16,13 @@ Equations: docs/theory.md 13.6, 14.3.
 import numpy as np
 
 from pmwvc_analysis.budget import blocks
-from pmwvc_analysis.budget.energy import declared_j
+from pmwvc_analysis.budget.energy import declared_j, server_sums
 from pmwvc_analysis.budget.parts import notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import Unjudged, holes, ran_s, stretch
+from pmwvc_analysis.traces.holes import Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.stages import stages, until
-from pmwvc_analysis.traces.sums import running, sum_of
+from pmwvc_analysis.traces.sums import running
 from pmwvc_core.account import Account
 from pmwvc_core.controllers.accounts import BRAKES, CONTACTS, DECODING, ENVIRONMENT, PORT
 from pmwvc_core.numeric import Array, Value, dot, squared
@@ -56,17 +56,14 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     if not len(rows):
         return None
     time_s = times[rows]
-    waves = zip(map(running, server.energy_u_s), map(running, server.energy_v_s), strict=True)
-    at_server = dict(zip(server.users, waves, strict=True))  # energies of u_s and v_s
-    into = sum_of(u_s - v_s for u_s, v_s in at_server.values())
-    inside, unexplained = _server_parts(server, scenario, into)
-    # users other than these sent no trace
-    recorded = sum_of(np.subtract(*at_server[user.name]) for user in users)
-    of_users = {}
+    u_s, v_s, _ = server_sums(server)
+    inside, unexplained = _server_parts(server, scenario, u_s - v_s)
+    of_users, unrecorded = {}, (u_s - v_s)[rows]  # users other than these sent no trace
     for user in users:
-        kept = BlockSums(user, traces.live)
-        ends = (energy[rows] for energy in at_server[user.name])
-        at = blocks.At(kept, kept.ended(time_s), kept.sent(time_s), *ends)
+        kept, index = BlockSums(user, traces.live), server.users.index(user.name)
+        u_s, v_s = (running(e[index])[rows] for e in (server.energy_u_s, server.energy_v_s))
+        unrecorded = unrecorded - (u_s - v_s)
+        at = blocks.At(kept, kept.ended(time_s), kept.sent(time_s), u_s, v_s)
         of_users[user.name] = blocks.of_user(at, known[user.name], scenario)
     left_over = [(name, part) for name, own in of_users.items() for part in sorted(own.remainders)]
     residuals = {name: own.residual for name, own in of_users.items()}
@@ -75,7 +72,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         {name: own.hand for name, own in of_users.items()},
         {name: own.parts for name, own in of_users.items()}
         | {SERVER: {part: sums[rows] for part, sums in inside.items()}},
-        residuals | {SERVER: (unexplained - (into - recorded))[rows]},
+        residuals | {SERVER: unexplained[rows] - unrecorded},
         notes_on(users, known, ended),
         {user.name: declared_j(scenario, known[user.name]) for user in users},
         [*left_over, *((SERVER, part) for part in sorted(of_server(scenario)))],
@@ -87,9 +84,9 @@ def _ended(
     traces: SessionTraces, server: ServerTraces, scenario: Scenario
 ) -> tuple[Scenario, Unjudged]:
     """Return the scenario at the start, and when the budget of it ends and why."""
-    unknown = [hole.unjudged for hole in holes(traces) if hole.start_s > 0.0]
-    for user in (each for each in traces.users if each.name in server.users):
-        unknown += stretch(user, server).unjudged
+    users = (each for each in traces.users if each.name in server.users)
+    ends = (each for user in users for each in stretch(user, server).unjudged)
+    unknown = [each for each in ends if each.start_s > 0.0]
     first, *later = stages(traces, scenario)
     for stage in later:
         if stage.start_s <= 0.0:

@@ -52,7 +52,7 @@ class UserEnergy:
     @property
     def passive(self) -> bool | None:
         """Tell whether every port is passive, whatever happened in gaps of the record."""
-        ended = [each for each in self.unjudged if each.why != GAP]
+        ended = [each for each in self.unjudged if not each.why.startswith(GAP)]
         ports = (way.judged(self.name, part, ended) for part, way in self.parts.items())
         return together(port.passive for port in ports)
 

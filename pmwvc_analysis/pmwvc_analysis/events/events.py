@@ -44,13 +44,9 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         yield event(hole.start_s, "recorder", "recording", what)
 
 
-REPLACED = ("environment", "coupling")  # in the steps that failed
-LINKS = "links"
-
-
 def faults(traces: SessionTraces) -> Iterator[Event]:
     """Yield an event for whatever failed, with its count and the last reason."""
-    for what in REPLACED:
+    for what in ("environment", "coupling"):  # replaced in the steps that failed
         if fault := traces.metadata.get(what):
             steps = count(int(fault["contained_steps"]), "step")
             text = f"the {what} failed in {steps}: {fault['last_fault']}"
@@ -58,5 +54,5 @@ def faults(traces: SessionTraces) -> Iterator[Event]:
     if traces.live and traces.server is not None and (late := traces.server.replaced)[1]:
         text = f"environment or coupling failed in {count(late[1], 'step')}"
         yield event(late[0], "server", "environment", f"{text}: the reason is in its log")
-    for link, text in traces.metadata.get(LINKS, {}).items():
+    for link, text in traces.metadata.get("links", {}).items():
         yield event(None, f"link {link}", "link", text)

@@ -4,7 +4,9 @@
 restarts and stalls of its loop, and who joins, leaves, grips and is released, with the cause.
 """
 
+import itertools
 from collections.abc import Iterator
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -36,12 +38,9 @@ def event(time_s: float | None, who: str, kind: str, what: str) -> Event:
 def of_master(user: UserTraces, scenario: Scenario | None) -> Iterator[Event]:
     """Yield changes of safety, stretches of limited force, restarts and stalls of one master."""
     who, coupled, lost = f"{user.name} master", False, False
-    before: tuple[int, str] | None = None
-    for row, now in enumerate(zip(user.state.tolist(), user.reason, strict=True)):
-        if now == before:
-            continue
-        before, (state, reason) = now, now
-        time_s = float(user.block_time_s[row])
+    blocks = zip(user.state.tolist(), user.reason, user.block_time_s.tolist(), strict=True)
+    for (state, reason), same in itertools.groupby(blocks, key=itemgetter(0, 1)):
+        time_s = next(same)[2]
         if state == COUPLED:
             if lost:
                 yield event(time_s, who, "damping", "force restored in full")

@@ -46,7 +46,7 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
         traces = until(traces, change.start_s - 2.0 * slowest_s)
     users = {user.name: user for user in scenario.users} if scenario else {}
     for user in traces.users:
-        found += _master(user, users.get(user.name), traces, scenario)
+        found += _master(user, users.get(user.name), scenario)
     return found + (list(_server(traces.server, scenario)) if traces.server else [])
 
 
@@ -72,9 +72,7 @@ def _power(waves: Array) -> Array:
     return np.asarray(np.sum(waves**2, axis=-1))
 
 
-def _master(
-    user: UserTraces, known: User | None, traces: SessionTraces, scenario: Scenario | None
-) -> Iterator[str]:
+def _master(user: UserTraces, known: User | None, scenario: Scenario | None) -> Iterator[str]:
     """Yield the contradictions in the record of a master."""
     name = user.name
     if known is not None and complete(user) and not measured(known.device):

@@ -127,8 +127,8 @@ class Stretch(NamedTuple):
 
 
 def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
-    """Return what of a session is judged for one user: up to where its master or the server was
-    started again.
+    """Return what of a session is judged for one user, where its master and the server were
+    recorded: up to where either was started again.
     """
     ran, ends_s = user.time_s + user.lateness_s, user.block_time_s[block_of_ticks(user)]
     # where the recorder found it only when it was running
@@ -138,6 +138,7 @@ def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
     for row in gaps(user):
         last_ran_s, back_s = float(ran[row] + 0.5 * user.tick_s), float(ends_s[row + 1])
         unjudged.append(Unjudged(last_ran_s, back_s, GAP))
+    unjudged += [hole.unjudged for hole in of_server(server)]
     again = [(float(server.time_s[row]), SERVER) for row in starts(server)[:1]]
     for row in np.flatnonzero(np.diff(user.tick) < 0)[:1]:
         # where its last tick led to is not known: up to the block before

@@ -17,7 +17,7 @@ from pmwvc_analysis.events.nodes import Event
 from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_analysis.traces.stages import disturbances, until
-from pmwvc_analysis.traces.thresholds import EARLY_S
+from pmwvc_analysis.traces.thresholds import EARLY_S, LEAVING_S
 from pmwvc_core.frame import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -43,10 +43,12 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
     early_s, found = session_end_s(traces, scenario) - EARLY_S, []
     ended = [e for e in events if e["kind"] == "ended" and (e["time_s"] or math.inf) < early_s]
     noted = {str(each["who"]): each for each in reversed(ended)}
+    left_s = {e["who"]: float(e["time_s"]) for e in events if e["kind"] == "leave"}
+    soon_s = max(LEAVING_S, 2.0 * traces.server.period_s) if traces.server is not None else 0.0
     killed = {who for who, action, _ in disturbances(traces) if action == "kill"}
     for who, user, last_s in _nodes(traces):
         end, gone = noted.get(who), last_s <= early_s
-        if gone and user and _left(traces, user, last_s):
+        if gone and user and abs(left_s.get(user, math.inf) - last_s) <= soon_s:
             found.append(Ending(user, user, last_s, "left", interrupts=False))
         elif end or gone:  # a runner sees an end a little later than the last that is on record
             what = str(end["what"]) if end else "was last recorded"
@@ -80,16 +82,6 @@ def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:
         there = [server.time_s[state != Presence.ABSENT] for state in server.state]
         end_s = max([end_s, *(float(each[-1]) for each in there if len(each))])
     return end_s if scenario is None else min(end_s, max(scenario.duration_s, traces.duration_s))
-
-
-def _left(traces: SessionTraces, name: str, last_s: float) -> bool:
-    """Tell whether a user took its leave, which is a change of membership."""
-    server = traces.server
-    if server is None or name not in server.users:
-        return False
-    after = server.state[server.users.index(name)][server.time_s > last_s]
-    soon = after[: max(2, round(0.2 / server.period_s))]
-    return bool(len(soon) and soon[-1] == Presence.ABSENT)
 
 
 def judged(traces: SessionTraces, found: list[Ending]) -> SessionTraces:

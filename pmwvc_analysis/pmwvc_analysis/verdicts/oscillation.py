@@ -20,7 +20,7 @@ from pmwvc_analysis.traces import thresholds as th
 from pmwvc_analysis.traces.felt import bands, closed_s, stops_s
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import powers, spans
-from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces
 
@@ -82,9 +82,8 @@ class Strength:
 
 def strength(motion: Motion, duration_s: float) -> Strength:
     """Return how strong motion beyond the band is, and whether it grows or dies out."""
-    pieces = _pieces(motion)
-    if not (found := _levels(motion, pieces)):
-        return Strength(motion, known=len(pieces) <= 1)
+    if not (found := _levels(motion)):
+        return Strength(motion, known=len(_pieces(motion)) <= 1)
     middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
     end_s = min(duration_s, float(motion.time_s[-1]) + motion.period_s)  # its user may have left
     start_s = min(max(0.5 * end_s, motion.since_s), max(end_s - th.SHORTEST_S, 0.0))
@@ -100,7 +99,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
         min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,
-        known=len(pieces) <= 1 or known >= expected,
+        known=len(found) <= 1 or known >= expected,
         settled=motion.since_s <= 0.5 * end_s or end_s - motion.since_s >= th.SETTLE_S,
         purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
@@ -112,7 +111,7 @@ def shaking(motion: Motion) -> list[tuple[float, float]]:
     ``SHORTEST_S`` at least.
     """
     found: list[tuple[float, float]] = []
-    for middles, levels, _ in _levels(motion, _pieces(motion)):
+    for middles, levels, _ in _levels(motion):
         for run in _long(levels > max(th.OSCILLATION_M_S, motion.noise_m_s)):
             strong_m_s = np.sort(levels[run])[-th.LEAST_WINDOWS]
             for part in _long(levels[run] > th.HALVED * strong_m_s):
@@ -129,14 +128,13 @@ def _median(values: Array) -> float:
     return float(np.median(values)) if len(values) else 0.0
 
 
-def _pieces(motion: Motion) -> list[slice]:
+def _pieces(motion: Motion) -> list[Integers]:
     """Return the rows between pauses that are too long to filter across."""
     pauses = np.diff(motion.time_s) > max(th.STALL_S, th.STALL_PERIODS * motion.period_s)
-    edges = [0, *(np.flatnonzero(pauses) + 1).tolist(), len(motion.time_s)]
-    return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
+    return np.split(np.arange(len(motion.time_s)), np.flatnonzero(pauses) + 1)
 
 
-def _levels(motion: Motion, pieces: list[slice]) -> list[tuple[Array, Array, Array]]:
+def _levels(motion: Motion) -> list[tuple[Array, Array, Array]]:
     """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window, for
     each piece; empty where the motion is shorter than ``LEAST_WINDOWS`` windows, or no number.
     """
@@ -149,7 +147,7 @@ def _levels(motion: Motion, pieces: list[slice]) -> list[tuple[Array, Array, Arr
         return np.asarray(values[: count * rows].reshape(count, rows).mean(axis=1))
 
     found = []
-    for piece in pieces:
+    for piece in _pieces(motion):
         both = powers(motion.velocity[piece], motion.period_s, motion.band_hz)
         loud, slow = (np.sqrt(means(each)) for each in both)
         found.append((means(motion.time_s[piece]), loud, slow))

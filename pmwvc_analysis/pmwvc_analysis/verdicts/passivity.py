@@ -15,7 +15,6 @@ Parts of the energy budget are components between these ports. Where a port is n
 of its owner that released energy are named with their amount.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,7 +60,6 @@ def passivity(
 ) -> Passivity:
     """Judge every port of a session; name the components of those that are not passive."""
     balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
-    missing = [each.unjudged for each in of_server(traces.server)] if traces.server else []
     ports: list[Finding] = []
     for user in traces.users:
         if (entry := balances.get(user.name)) is None:
@@ -69,14 +67,13 @@ def passivity(
             continue
         clock = traces.metadata.get("alignment", {}).get(user.name, {})
         open_s = float(clock.get("uncertainty_s", 0.0))
-        unknown = [*entry.unjudged, *missing]
         for part, balance in entry.parts.items():
-            port, why = _held(balance.judged(user.name, part, unknown), user), ""
+            port, why = _held(balance.judged(user.name, part, entry.unjudged), user), ""
             if port.passive is False and open_s > 0.0:
                 why = energy.clocks_explain(part, balance, open_s)
             ports.append(_excused(port, why if scenario else NO_SCENARIO))
     if traces.server is not None and len(traces.server.time_s):
-        ports.append(_of_server(traces.server, scenario, missing))
+        ports.append(_of_server(traces.server, scenario))
     violated = {port.owner for port in ports if port.passive is False}
     released = energies.released if violated and energies else []
     components = tuple(each for each in released if each.owner in violated)
@@ -96,11 +93,9 @@ def _held(found: Finding, user: UserTraces) -> Finding:
     return replace(found, held_j=held_j, why=why)
 
 
-def _of_server(
-    server: ServerTraces, scenario: Scenario | None, missing: Sequence[Unjudged]
-) -> Finding:
+def _of_server(server: ServerTraces, scenario: Scenario | None) -> Finding:
     taken, given, _ = energy.server_sums(server)
-    rows, unknown = slice(None), [*missing]
+    rows, unknown = slice(None), [hole.unjudged for hole in of_server(server)]
     for row in starts(server)[:1]:  # what it held died with it
         rows, (since_s, until_s) = slice(row), server.time_s[[row, -1]].tolist()
         unknown.append(Unjudged(since_s, until_s, f"{SERVER} {AGAIN}"))
