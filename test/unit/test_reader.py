@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Session folders being read: other tools', damaged ones, with gaps, whose clocks differ."""
+"""Session folders being read: other tools', damaged ones, with gaps, recorded late."""
 
 import json
 
@@ -22,12 +22,9 @@ from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.endings import shortened
-from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.errors import RecordingError, ScenarioError
-from pmwvc_core.runtime.messages import nanoseconds
 
 SCENARIO = handmade.scenario(duration_s=1.0)
-HOUR_NS = 3_600_000_000_000
 
 
 @pytest.fixture(scope="module")
@@ -229,43 +226,3 @@ def test_what_holds_no_session_is_refused_in_words(tmp_path, make, words):
     make(tmp_path / "a")
     with pytest.raises(RecordingError, match=f"{tmp_path / 'a'}.*{words}"):
         read_session(tmp_path / "a")
-
-
-def clocks(wall_ns=lambda seq: 0, host_ns=0, *, echoes=True):
-    """Change the clocks of user1's host: wall time per block, and time since its start."""
-
-    def change(topic, message):
-        up, down = topic.endswith("user1/wave_up"), topic.endswith("user1/wave_down")
-        if topic == "/user1/trace":
-            stamp_ns = nanoseconds(message.stamp) + wall_ns(message.seq)
-            message.stamp.sec, message.stamp.nanosec = divmod(stamp_ns, 10**9)
-            message.start_ns += host_ns
-        elif (up or down) and echoes:
-            if message.seq > 2:  # the newest that had come is two frames old, 16 ms
-                message.echo_seq = message.seq - 2
-                message.echo_sent_ns = message.sent_ns - 16_000_000 + (host_ns if down else 0)
-            message.sent_ns += host_ns if up else 0
-        return message
-
-    return change
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        clocks(wall_ns=lambda seq: 50_000_000, host_ns=HOUR_NS),
-        clocks(wall_ns=lambda seq: 24 * HOUR_NS * (seq % 3), host_ns=-HOUR_NS),
-    ],
-)
-def test_wall_clocks_that_differ_make_no_link_active(folder, tmp_path, change):
-    found = read_session(rewritten(raw(folder), tmp_path / "b", change))
-    for left, right in zip(read_session(folder).users, found.users, strict=True):
-        np.testing.assert_allclose(right.time_s, left.time_s, atol=1e-6)
-    assert passivity(found, SCENARIO, None).passive("user1") is True
-
-
-def test_without_echoes_only_a_wall_clock_aligns_and_that_is_reported(folder, tmp_path):
-    ahead = clocks(wall_ns=lambda seq: 50_000_000, echoes=False)
-    found = read_session(rewritten(raw(folder), tmp_path / "b", ahead))
-    assert found.metadata["alignment"]["user1"]["how"] == "wall clock"
-    np.testing.assert_allclose(found.users[0].time_s[0] - found.users[1].time_s[0], 0.05)
