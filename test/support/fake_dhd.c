@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 PMWVC contributors
 // SPDX-License-Identifier: Apache-2.0
 // A fake of the calls of libdhd that are used, one device with an id of its own; a test sets and
-// reads the variables. -DLACKS leaves one call out.
+// reads the variables.
 enum { ID = 5 };
 
 double fake_position[3] = {0.01, 0.02, 0.03}, fake_velocity[3] = {0.1, 0.2, 0.4};
@@ -68,10 +68,8 @@ int dhdSetForceAndTorque(double x, double y, double z, double a, double b, doubl
   fake_torque[0] = a, fake_torque[1] = b, fake_torque[2] = c;
   return checked(id, fake_force_result);
 }
-#ifndef LACKS
 int dhdSetForce(double x, double y, double z, char id) {
   fake_torque[0] = fake_torque[1] = fake_torque[2] = 0;
   fake_force[0] = x, fake_force[1] = y, fake_force[2] = z;
   return checked(id, fake_force_result);
 }
-#endif

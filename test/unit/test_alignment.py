@@ -7,9 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from support import handmade
+from support.rewriting import raw, rewritten
 
 from pmwvc_analysis.recording.clocks import ECHO, ONE_HOST, align
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.traces import FateTraces
 
 FRAME_NS = 8_000_000
@@ -134,3 +138,54 @@ def test_what_the_alignment_leaves_open_is_no_violation_and_no_proof():
     active = skewed(handmade.session(gain=1.2), 0.02)
     active.metadata["alignment"] = traces.metadata["alignment"]
     assert passivity(active, handmade.scenario(), None).passive("user1") is False
+
+
+HOUR_NS = 3_600_000_000_000
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A recording of one second."""
+    place, scenario = tmp_path_factory.mktemp("session"), handmade.scenario(duration_s=1.0)
+    record_traces(place, handmade.session(duration_s=1.0), scenario, start_ns=handmade.START_NS)
+    return place
+
+
+def clocks(wall_ns=lambda seq: 0, host_ns=0, *, echoes=True):
+    """Change the clocks of user1's host: wall time per block, and time since its start."""
+
+    def change(topic, message):
+        up, down = topic.endswith("user1/wave_up"), topic.endswith("user1/wave_down")
+        if topic == "/user1/trace":
+            stamp_ns = nanoseconds(message.stamp) + wall_ns(message.seq)
+            message.stamp.sec, message.stamp.nanosec = divmod(stamp_ns, 10**9)
+            message.start_ns += host_ns
+        elif (up or down) and echoes:
+            if message.seq > 2:  # the newest that had come is two frames old, 16 ms
+                message.echo_seq = message.seq - 2
+                message.echo_sent_ns = message.sent_ns - 16_000_000 + (host_ns if down else 0)
+            message.sent_ns += host_ns if up else 0
+        return message
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        clocks(wall_ns=lambda seq: 50_000_000, host_ns=HOUR_NS),
+        clocks(wall_ns=lambda seq: 24 * HOUR_NS * (seq % 3), host_ns=-HOUR_NS),
+    ],
+)
+def test_wall_clocks_that_differ_make_no_link_active(folder, tmp_path, change):
+    found = read_session(rewritten(raw(folder), tmp_path / "b", change))
+    for left, right in zip(read_session(folder).users, found.users, strict=True):
+        np.testing.assert_allclose(right.time_s, left.time_s, atol=1e-6)
+    assert passivity(found, handmade.scenario(duration_s=1.0), None).passive("user1") is True
+
+
+def test_without_echoes_only_a_wall_clock_aligns_and_that_is_reported(folder, tmp_path):
+    ahead = clocks(wall_ns=lambda seq: 50_000_000, echoes=False)
+    found = read_session(rewritten(raw(folder), tmp_path / "b", ahead))
+    assert found.metadata["alignment"]["user1"]["how"] == "wall clock"
+    np.testing.assert_allclose(found.users[0].time_s[0] - found.users[1].time_s[0], 0.05)

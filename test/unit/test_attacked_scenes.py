@@ -220,7 +220,7 @@ def test_a_torque_at_its_limit_is_named_in_newton_metres():
     found = {}
     for torque_n_m in (1e-5, 0.0):
         settings = [f"safety.max_torque={torque_n_m}", "safety.soft_start_s=0.1"]
-        scenario = load("turn", duration_s=6.0, settings_texts=settings)
+        scenario = load("turn", duration_s=3.4, settings_texts=settings)
         traces = simulate([scenario])[0]
         found[torque_n_m] = {e["what"] for e in complete(traces, scenario) if e["kind"] == "limit"}
         (contact, *_) = (

@@ -90,25 +90,11 @@ def test_a_vibration_is_judged_from_the_last_change_on(at_s, stable):
     assert ("a parameter changed 0.40 s before" in found["stability"]["text"]) is (stable is None)
 
 
-@pytest.fixture(scope="module")
-def unchanged():
-    return simulate_one(carrying("", 2.7))
-
-
-def test_a_change_takes_effect_with_the_next_step_and_not_before(unchanged):
-    changing = simulate_one(carrying("2.5 server.contact_damping=60", 2.7))
+def test_a_change_takes_effect_with_the_next_step_and_not_before():
+    texts = "", "2.5 server.contact_damping=60"
+    unchanged, changing = (simulate_one(carrying(text, 2.7)) for text in texts)
     differ = np.flatnonzero(unchanged.server.f_s[0][:, 0] != changing.server.f_s[0][:, 0])
     assert unchanged.server.time_s[differ[0]] == pytest.approx(2.504)  # the first step after it
-
-
-@pytest.mark.parametrize(
-    "setting", ["master.impedance=40", "link.delay_s=0.03", "safety.max_force=1"]
-)
-def test_masters_links_and_limits_change_as_well(setting, unchanged):
-    changing = simulate_one(carrying(f"2.5 {setting}", 2.7))
-    forces = [traces.users[0].f_applied[:, 0] for traces in (unchanged, changing)]
-    differ = np.flatnonzero(forces[0] != forces[1])
-    assert 2.5 <= unchanged.users[0].time_s[differ[0]] < 2.6
 
 
 def test_a_text_is_read_and_written_again():
@@ -154,7 +140,7 @@ def test_what_cannot_change_is_refused_with_the_reason(changes, words):
 CHANGE_NS, TICK_S = 3_000_000_000, 0.001
 
 
-@pytest.mark.parametrize("impedance", [0.01, 100.0, 1000.0])
+@pytest.mark.parametrize("impedance", [0.01, 1000.0])
 def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impedance):
     scenario = scenarios.load("carry_16ms", duration_s=5.0)
     session = SteppedSession(scenario)

@@ -9,7 +9,7 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import DeviceSample
 from pmwvc_core.runtime.pacing import Pacer
 from pmwvc_master.devices import DeviceInfo
-from pmwvc_master.devices.check import AWAY_M, FAST_M_S, SLEW_N_S, DeviceCheck
+from pmwvc_master.devices.check import FAST_M_S, SLEW_N_S, DeviceCheck
 from pmwvc_master.devices.plausible import Slope
 
 TICK_S = 0.001
@@ -117,7 +117,7 @@ def test_a_device_as_it_should_be_is_told_so_and_not_pushed():
     ],
 )
 def test_one_thing_that_is_wrong_is_one_line(wrong, text):
-    found, _ = lines(**wrong)
+    found, _ = lines(**wrong, dof=1)
     (line,) = [line.text for line in found if not line.right]
     assert all(part in line for part in text.split(" .*"))
 
@@ -125,26 +125,10 @@ def test_one_thing_that_is_wrong_is_one_line(wrong, text):
 @pytest.mark.parametrize(
     ("wrong", "axes", "text"),
     [
-        (
-            {"axes": (1, 0, 2)},
-            (0, 1),
-            ": +45 mm along axis 1: change order or signs",
-        ),
-        (
-            {"sign": -1.0},
-            (0, 1, 2),
-            ": -45 mm along axis 0: change order or signs",
-        ),
-        (
-            {"unit": 1000.0},
-            (0, 1, 2),
-            ": +4.5e+04 mm along axis 0: was it moved so? If it",
-        ),
-        (
-            {"unit": 0.001},
-            (0, 1, 2),
-            ": +0.045 mm along axis 0: was it moved so?",
-        ),
+        ({"axes": (1, 0, 2)}, (0, 1), ": +45 mm along axis 1: change order or signs"),
+        ({"sign": -1.0}, (0, 1, 2), ": -45 mm along axis 0: change order or signs"),
+        ({"unit": 1000.0}, (0, 1, 2), ": +4.5e+04 mm along axis 0: was it moved so? If it"),
+        ({"unit": 0.001}, (0, 1, 2), ": +0.045 mm along axis 0: was it moved so?"),
     ],
 )
 def test_axes_that_are_others_turned_or_no_metres_are_named(wrong, axes, text):
@@ -176,7 +160,7 @@ def test_a_push_rises_at_its_slew_moves_the_handle_forwards_and_ends_when_nobody
     ],
 )
 def test_a_push_that_is_wrong_is_named(wrong, text):
-    found, _ = lines(0.2, **wrong)
+    found, _ = lines(0.2, **wrong, dof=1)
     assert any(line.text.endswith(text) for line in found if not line.right)
 
 
@@ -185,7 +169,6 @@ def test_a_handle_that_gets_fast_is_pushed_no_more():
     forces = np.array(desk.written)[:, 0]
     assert 0.0 < forces.max() < 1.0 and any(line.text.startswith("push") for line in light)
     assert abs(desk.xd[0]) < 4.0 * FAST_M_S
-    assert AWAY_M > 0.0
 
 
 def test_a_device_without_a_valid_sample_is_refused_and_never_pushed():

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Energy balances of the channel from traces."""
 
+import copy
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +10,11 @@ import pytest
 from support import handmade
 from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
+from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.verdicts.passivity import passivity, verdict
 from pmwvc_core.law.motion import advanced, motion
-from pmwvc_core.simulation.session import simulate_one
 
 PER_TICK = "time_s tick x_m xd_m f_h f_m f_applied u_m u_m_lp v_m lateness_s compute_s".split()
 
@@ -178,7 +179,7 @@ def carried(**settings):
     values = {"master.position.gain": 20.0, **ENCODER, **settings}
     texts = [f"{name}={value}" for name, value in values.items()]
     scenario = files.load("carry_16ms", settings_texts=texts, duration_s=6.0)
-    return simulate_one(scenario), scenario
+    return copy.deepcopy(simulated(scenario)), scenario
 
 
 def true_motion(user, scenario):

@@ -55,11 +55,7 @@ def lab(monkeypatch):
         raise ParameterError("server.object_mass = 2.0: a jelly weighs less")
 
     found = {"honey": Honey, "stone": lambda _: object(), "broken": broken, "picky": picky}
-    others = {
-        "absent": "lab_vendor_library:World",
-        "jelly": "lab_environments:Jelly",
-        "wall": "lab_environments:stone",
-    }
+    others = {"jelly": "lab_environments:Jelly", "wall": "lab_environments:stone"}
     offer(monkeypatch, environments.PLUGINS.group, "lab_environments", found, **others)
 
 
@@ -80,7 +76,6 @@ def test_the_library_goes_before_plug_ins_of_the_same_name(lab):
     ("name", "text"),
     [
         ("moon", r"= 'moon': not installed; there are: cube, wall, .*active_wall, .*honey"),
-        ("absent", r"= 'absent' \(lab_vendor.*cannot be imported: ModuleNotFoundError"),
         ("broken", r"= 'broken' \(lab_.*cannot be made: OSError: no mesh file jelly.obj"),
         ("stone", r"= 'stone' \(lab_.*is not an environment: it lacks step"),
     ],

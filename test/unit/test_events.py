@@ -24,15 +24,6 @@ def listed(traces, kind, scenario=None):
     return [event for event in events if event["kind"] == kind]
 
 
-def test_every_event_has_time_who_kind_and_text_in_order():
-    events = complete(handmade.session(), handmade.scenario())
-    assert events
-    for event in events:
-        assert set(event) == {"time_s", "who", "kind", "what"}
-    times = [event["time_s"] for event in events]
-    assert times == sorted(times)
-
-
 def test_joining_is_an_event_and_the_end_of_the_session_none():
     traces = handmade.session()
     assert [event["who"] for event in listed(traces, "join")] == ["user1", "user2"]

@@ -8,8 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 CONFTEST = "from support.excuses import pytest_runtest_makereport, pytest_runtest_protocol\n"
 TESTS = """
 import pytest
@@ -29,16 +27,23 @@ def test_one(session):
 """
 
 
-@pytest.mark.parametrize(
-    ("wanted", "stalled", "runs", "outcome"),
-    [(0, True, 1, "1 passed"), (2, True, 3, "1 passed"), (3, True, 3, "1 failed"),
-     (1, False, 1, "1 failed")],
-)  # fmt: skip
-def test_only_a_stall_excuses_and_twice_at_most(tmp_path, wanted, stalled, runs, outcome):
+CASES = {  # sessions wanted, a machine that stands still, outcome
+    "first": (0, True, "PASSED"),
+    "third": (2, True, "PASSED"),
+    "fourth": (3, True, "FAILED"),
+    "awake": (1, False, "FAILED"),
+}
+
+
+def test_only_a_stall_excuses_and_twice_at_most(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST)
-    (tmp_path / "test_it.py").write_text(TESTS.format(wanted=wanted, stalled=stalled))
-    words = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-c", "/dev/null", tmp_path]
+    for name, (wanted, stalled, _) in CASES.items():
+        text = TESTS.format(wanted=wanted, stalled=stalled)
+        (tmp_path / f"test_{name}.py").write_text(text)
+    options = ["-v", "-p", "no:cacheprovider", "-c", "/dev/null"]
+    words = [sys.executable, "-m", "pytest", *options, tmp_path]
     here = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     text = subprocess.run(words, capture_output=True, text=True, check=False, env=here).stdout
-    assert outcome in text
-    assert len(re.findall(r"run again \(\d left\)", text)) == runs - 1
+    for name, (*_, outcome) in CASES.items():
+        assert re.search(rf"test_{name}\.py::test_one .*{outcome}", text), text
+    assert len(re.findall(r"run again \(\d left\)", text)) == 4  # of third and fourth

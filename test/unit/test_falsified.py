@@ -33,6 +33,7 @@ CASES = {
     "follows": ("carry_16ms", "channel=strict", "master.contact_impedance=60"),
     "first_order": ("carry_16ms", "master.filter.kind=first_order"),
 }
+HASTE = ("task.grip_s=0.3", "task.grip_rise_s=0.5", "task.move_s=1", "task.move_rise_s=0.8")
 MASTER = "x_m xd_m f_h f_m f_applied u_m u_m_lp v_m".split()
 SERVER = "x_o xd_o kinetic potential dissipated".split()
 PER_USER = "x_s xd_s f_s u_s v_s energy_u_s energy_v_s".split()
@@ -107,8 +108,8 @@ def unchecked(scenario):
 @pytest.mark.parametrize("case", CASES)
 def test_a_falsified_trace_is_noticed_or_listed(case):
     name, *settings = CASES[case]
-    lasts_s = 9.0 if case == "pspm" else 5.0  # there, only once it was carried for a while
-    scenario = files.load(name, settings_texts=settings, duration_s=lasts_s)
+    lasts_s = 4.0 if case == "pspm" else 2.5  # there, only once it was carried for a while
+    scenario = files.load(name, settings_texts=[*HASTE, *settings], duration_s=lasts_s)
     traces = simulate_one(scenario)
     assert budget(traces, scenario).closes
     assert inconsistencies(traces, scenario) == []

@@ -18,7 +18,7 @@ from pmwvc_core.transport.packet import WavePacket
 from pmwvc_netem.relayed_link import RelayedLink, peek_wave
 
 
-def test_blocks_follow_one_another_without_a_gap():
+def test_blocks_follow_one_another_without_a_gap_and_an_empty_one_has_typed_columns():
     log = FateLog()
     link = Link(LinkParams(), seed=1)
     for n in range(5):
@@ -27,12 +27,9 @@ def test_blocks_follow_one_another_without_a_gap():
     assert (first["first"], len(first["seq"])) == (1, 3)
     assert (second["first"], second["seq"].tolist()) == (4, [4, 5])
     assert len(log) == 0
-
-
-def test_an_empty_block_has_typed_columns():
-    block = FateLog().take()
-    assert block["first"] == 1 and len(block["time_in_ns"]) == 0
-    assert block["epoch"].dtype == np.uint64 and block["fate"].dtype == np.uint8
+    empty = log.take()
+    assert empty["first"] == 6 and len(empty["time_in_ns"]) == 0
+    assert empty["epoch"].dtype == np.uint64 and empty["fate"].dtype == np.uint8
 
 
 MS = 1_000_000
@@ -150,17 +147,6 @@ def test_a_message_leaves_when_due_as_it_came_and_is_written_down_then():
         **{"epoch": 3, "seq": 4, "bytes": len(message), "fate": FateKind.DELIVERED, "cause": 0},
         **{"time_in_ns": 2 * MS, "time_due_ns": 12 * MS, "time_out_ns": 13 * MS},
     }
-
-
-def test_every_message_has_a_fate_and_copies_have_their_own():
-    bench = Bench(LinkParams(loss=0.3, duplicate=0.3))
-    bench.at(MS, *[serialized(1, seq) for seq in range(1, 101)])
-    block = bench.relayed.fates.take()
-    counters = bench.relayed.link.counters
-    assert len(block["seq"]) == 100 + np.count_nonzero(block["fate"] == FateKind.DUPLICATE) > 100
-    assert sorted(set(block["seq"])) == list(range(1, 101))
-    assert np.count_nonzero(block["fate"] == FateKind.LOST) == counters.lost > 0
-    assert np.count_nonzero(block["time_out_ns"] == 0) == counters.lost
 
 
 def test_what_is_no_message_is_written_down_and_the_rest_goes_on():

@@ -17,15 +17,9 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_master.devices.force_dimension import ForceDimensionDevice, ForceDimensionParams
 
 
-def made(dof=1, *, axes="", clutch=0, **params):
-    return whole(
-        ForceDimensionDevice,
-        ForceDimensionParams(**params),
-        "force_dimension",
-        dof,
-        axes=axes,
-        clutch=clutch,
-    )
+def made(dof=1, *, clutch=0, **params):
+    kind, given = ForceDimensionDevice, ForceDimensionParams(**params)
+    return whole(kind, given, "force_dimension", dof, clutch=clutch)
 
 
 @pytest.fixture
@@ -43,10 +37,6 @@ def test_one_axis_is_the_devices_y_with_the_sign_of_the_world(fake):
     assert (sample.x, sample.xd, sample.valid, sample.fresh) == (0.02, 0.2, True, True)
     device.write(1.5)
     assert list(fake.vector("force")) == [0.0, -1.5, 0.0]
-    turned = fake.opened(axes="-z x y")
-    assert turned.read(0).x == -0.03
-    turned.write(1.5)
-    assert list(fake.vector("force")) == [0.0, 0.0, 1.5]
 
 
 @needs_compiler
@@ -153,13 +143,6 @@ def test_another_device_than_the_one_asked_for_is_refused_and_one_that_has_a_mas
     fake.close()
     other.open()
     other.close()
-
-
-@needs_compiler
-def test_a_library_that_lacks_a_call_is_named_with_it(tmp_path):
-    path = compiled(tmp_path, "fake_dhd.c", "libdhd.so.3", "-DLACKS")
-    with pytest.raises(DeviceError, match=r"libdhd\.so\.3': lacks dhdSetForce; install a newer"):
-        made(library=str(path)).open()
 
 
 def test_a_library_that_is_not_there_is_named_with_the_remedy(tmp_path):

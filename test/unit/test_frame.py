@@ -16,7 +16,6 @@ from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import SteppedSession, simulate_one
 from pmwvc_core.transport.packet import FLAG_DIRECT
-from pmwvc_core.wave.impedance import DIRECT, largest_wave
 
 TICK_NS = 1_000_000
 
@@ -88,19 +87,6 @@ def test_the_server_steps_2_ms_into_its_period(tick_s, period_ticks, expected):
     assert FrameSchedule().server_tick(tick_s=tick_s, period_ticks=period_ticks) == 0
 
 
-def test_a_frame_starts_once_whoever_starts_it(scenario):
-    sample = DeviceSample()
-    loop = UserEnd(scenario.users[0], scenario, epoch=1)
-    assert loop.start_frame(0, 0, sample).seq == 1
-    assert loop.start_frame(0, 0, sample) is None
-    assert loop.tick(0, 0, sample, [])[1] is None
-    packets = [loop.tick(k, k * TICK_NS, sample, [])[1] for k in range(1, 9)]
-    assert [packet is not None for packet in packets] == [False] * 7 + [True]
-    assert packets[-1].seq == 2
-    skipped = loop.tick(21, 21 * TICK_NS, sample, [])[1]  # tick 16 was skipped
-    assert skipped.seq == 3 and loop.s.next_frame == 24
-
-
 @pytest.mark.parametrize("controller", LIBRARY)
 def test_the_content_of_a_packet_is_given_by_its_flag(controller):
     scenario = parse_scenario(
@@ -117,10 +103,3 @@ def test_the_content_of_a_packet_is_given_by_its_flag(controller):
     )
     assert ignores.tick(0, [[sent]])[0] == [None]
     assert ignores.other_controller == 1
-
-
-@pytest.mark.parametrize("controller", LIBRARY)
-def test_only_waves_are_bounded_by_the_impedance(controller):
-    waves = LIBRARY[controller].waves
-    bounds = {largest_wave(b, waves=waves) for b in (5.0, 50.0)}
-    assert bounds == {DIRECT} or (waves and len(bounds) == 2)

@@ -3,6 +3,7 @@
 """The link, integers in and out, and its effects one by one: line, slots, reordering, tables."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -126,8 +127,7 @@ def test_moments_that_are_named_are_those_of_the_quantile_function(jitter):
 def test_settings_that_contradict_each_other_are_named_with_value_and_range(settings, text):
     params = LinkParams(**settings)
     (problem,) = conflicts(params)
-    with pytest.raises((ParameterError, RecordingError), match=text):
-        raise ParameterError(problem)
+    assert re.search(text, problem)
     with pytest.raises((ParameterError, RecordingError)):
         Link(params, seed=1)
 

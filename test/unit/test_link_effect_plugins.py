@@ -20,7 +20,8 @@ def pmwvc(tmp_path_factory):
 
 def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
     out = tmp_path / "one"
-    result = pmwvc("simulate", "carry_16ms", *BURSTS, "--duration", "1", "--out", out)
+    words = ("carry_16ms", *BURSTS, "--users", "1", "--duration", "1")
+    result = pmwvc("simulate", *words, "--out", out)
     assert result.returncode == 0, result.stderr
     assert "Not modelled: bursts of loss of 1.96 % (user1 up" in result.stdout
     summary = json.loads((out / "summary.json").read_text("utf-8"))

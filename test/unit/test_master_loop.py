@@ -138,7 +138,8 @@ def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monke
     assert rig.wires.sent[-1].flags & FLAG_LEAVING
 
 
-def test_a_silent_device_gets_no_force_and_is_reported_and_after_a_second_needs_to_be_re_armed():
+def test_a_silent_device_gets_no_force_and_is_reported_and_after_a_second_a_fault():
+    """Until it is re-armed: ``oracle/test_silent_device.py``."""
     rig = answered(Rig(), range(8, 800))
     end, forces = rig.loop.protocol, rig.device.forces
     assert forces[-1] > 0.5 and (end.state, end.s.limits.events) == (1, 0)
@@ -151,15 +152,6 @@ def test_a_silent_device_gets_no_force_and_is_reported_and_after_a_second_needs_
     answered(rig, range(840, 1900))
     assert end.state == SafetyState.FAULT and "more than 1 s" in end.reason
     assert set(forces[850:]) == {0.0} and end.s.limits.events == 1
-    rig.device.sample.fresh = True
-    answered(rig, range(1900, 1910))
-    assert end.state == SafetyState.FAULT and forces[-1] == 0.0
-    end.rearm()
-    answered(rig, range(1910, 1920))
-    assert end.state == SafetyState.STARTING
-    assert 0.0 < forces[-1] < 0.1
-    answered(rig, range(1920, 2500))
-    assert end.state == SafetyState.COUPLED and forces[-1] > 0.5
 
 
 def test_a_device_that_never_spoke_is_a_fault_after_a_second():

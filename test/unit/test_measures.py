@@ -45,20 +45,13 @@ def test_a_passive_session_has_every_measure_and_energy_given_out_is_seen(sessio
     assert measures(traces, scenario)["energy_min_j"] < -0.2
 
 
-def test_force_error_buzz_and_offset_are_those_that_a_session_was_given(session):
+def test_force_error_and_offset_are_those_that_a_session_was_given(session):
     traces, scenario = session
     user, server = traces.users[0], traces.server
     user.f_applied[:], server.f_s[0][:] = 0.7, 0.2
     error = force_error(user, server, 0)
     assert len(error) == (server.state[0] == 2).sum() > 200
     np.testing.assert_allclose(error, 0.5)
-    time_s = user.time_s[:, np.newaxis]
-    user.f_applied[:] = 2.0 * np.sin(2 * np.pi * 1.0 * time_s)
-    traces.users[1].f_applied[:] = 0.0
-    assert measures(traces, scenario)["buzz_n"] < 1e-4  # no faster than a hand
-    user.f_applied += 0.1 * np.sin(2 * np.pi * 125.0 * time_s)
-    buzz = measures(traces, scenario)["buzz_n"]  # of the worst user
-    assert buzz == pytest.approx(0.1 / np.sqrt(2), rel=0.01)
     for each, x_s, apart in zip(traces.users, server.x_s, (3e-3, 4e-3), strict=True):
         each.x_m[:], x_s[:] = 0.0, apart
         x_s[: len(x_s) // 2] = 0.0
@@ -89,7 +82,6 @@ def test_energy_that_the_servers_port_generates_is_in_the_balance(compensation):
 @pytest.mark.parametrize(
     ("changes", "low", "high"),
     [
-        ({}, None, None),  # none below the bound is unstable
         ({"device.friction": 0.1}, None, None),  # no linear model
         ({"server.coupling": "one_step_delay"}, 1e3, 1e4),
     ],

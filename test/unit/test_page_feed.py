@@ -19,7 +19,6 @@ from pmwvc_view.protocol.snapshot import Layout
 
 USERS = ("user1", "user2")
 MS = 1_000_000
-PERIOD_S = 0.016
 LIVE, ALONE = load("live"), load("wall")
 
 

@@ -120,12 +120,14 @@ def of_nodes(scenario):
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_a_right_value_comes_back_equal_from_file_nodes_and_file(name):
     assert PARAMETERS[name].spec.description and TEXTS.keys() <= PARAMETERS.keys()
-    for value in right(name):
+    first, *_ = values = right(name)
+    for value in values:
         file = given(name, value)
         scenario = parse_scenario(file)
         found = scenario.flat()[shown(name)]
         assert found == value and type(found) is type(value)
-        if type(value) is float:  # YAML 1.1 takes 1e-3 for a text, and 1 is a number, too
+        if type(value) is float and value == first:
+            # YAML 1.1 takes 1e-3 for a text, and 1 is a number, too
             for same in (str(value), int(value) if value.is_integer() else value):
                 read = parse_scenario(file | {shown(name): same}).flat()[shown(name)]
                 assert read == value and type(read) is float
@@ -146,9 +148,3 @@ def test_a_wrong_value_is_refused_by_name_value_and_range(name):
 def test_a_declared_range_is_what_messages_show(text):
     spec = parameter(0.5, text, "").metadata["spec"]
     assert spec.range_text().removeprefix("a number ") == ("a number" if text == "-" else text)
-
-
-@pytest.mark.parametrize("text", [">0 N", "0...1", "=> 0 s", "0..1..2", "0..x s"])
-def test_a_range_that_cannot_be_read_is_refused_where_it_is_declared(text):
-    with pytest.raises(ValueError, match="must be a range"):
-        parameter(0.5, text, "")

@@ -15,11 +15,7 @@ from pmwvc_analysis.budget.criterion import Balance, together
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.thresholds import TOLERANCE_J
-from pmwvc_analysis.verdicts.passivity import (
-    amount,
-    passivity,
-    verdict,
-)
+from pmwvc_analysis.verdicts.passivity import amount, passivity, verdict
 from pmwvc_analysis.verdicts.verdicts import summary
 
 TIME_S = np.array([0.0, 1.0, 2.0])
@@ -79,6 +75,7 @@ def test_summary_budget_and_report_agree_and_name_amount_and_tolerance(gain):
     page = render(traces, scenario, result, [], energies)
     passive = gain == 1.0
     assert all(user["passive"] is passive for user in result["users"])
+    assert result["check"]["passed"] is all(line["ok"] for line in result["verdict"]) is passive
     assert result["passivity"]["passive"] is passive
     assert bool(result["active"]) is not passive
     assert all(sentence in page for sentence in result["active"])

@@ -83,14 +83,6 @@ def test_a_handle_at_rest_tells_nothing_of_velocities():
     assert played(Moved(factor=1000.0, amplitude=1e-5))[1] == []
 
 
-def test_the_ratio_is_that_of_the_two_motions():
-    slope, found = Slope(), []
-    for tick in range(1100):
-        x, xd = 0.1 * tick * 1e-3, 0.15
-        found.append(slope.add(tick * TICK_NS, x, xd))
-    assert [each for each in found if each is not None] == [pytest.approx(1.5)]
-
-
 def test_a_gap_and_a_time_that_goes_back_are_no_motion():
     """The handle jumps by 10 cm in gaps of 30 ms, ten times a second."""
     slope, now_ns, x, found = Slope(), 0, 0.0, []

@@ -86,21 +86,6 @@ def test_a_faulty_table_is_refused_with_its_columns(table, tmp_path):
     assert "t does not rise at row 2" in refusal(file, columns="f", time_column="t")
 
 
-def test_the_recorded_hand_has_its_published_stroke_and_force(recorded_data):
-    got = load(
-        recorded_data / "tue_spring.csv", columns="angle_rad, torque_nm", time_column="time_s"
-    )
-    assert got.shape == (4909, 2)
-    position, force = got[:, 0] * 0.075, got[:, 1] / 0.075
-    assert np.ptp(position) == pytest.approx(0.0127, abs=0.0002)
-    assert np.abs(np.diff(position)).max() / TICK_S == pytest.approx(0.17, abs=0.02)
-    assert force.mean() == pytest.approx(6.8, abs=0.1)
-    assert (force.min(), force.max()) == pytest.approx((2.2, 11.6), abs=0.3)
-    reference = load(recorded_data / "tue_hand.csv", rate_hz=2000.0)
-    assert reference.shape == (5000, 1)
-    assert (reference.min(), reference.max()) == pytest.approx((-0.167, 0.160), abs=0.002)
-
-
 def test_resampling_removes_what_the_ticks_cannot_hold_and_keeps_the_rest_without_lag():
     times = np.arange(4000) / 2000.0
     slow = np.sin(2 * np.pi * 7.0 * times)

@@ -13,12 +13,6 @@ from support.port_parts import TICK_S, driven, master
 from support.port_rig import Port
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.port.filter_bank import (
-    LocalModel,
-    local_answer,
-    local_offer,
-    local_stored_j,
-)
 from pmwvc_core.params import BankParams, FilterParams, LocalModelParams, VelocityFilterParams
 from pmwvc_core.wave.filter_design import bank_filters
 
@@ -209,17 +203,3 @@ def test_behind_an_impedance_that_couples_the_axes_each_principal_axis_has_its_o
         )
         np.testing.assert_allclose(together[:, axis], alone, rtol=1e-9, atol=1e-10)
         assert np.abs(together[:, axis] - other).max() > 1e-3  # the control
-
-
-def test_a_one_sided_local_model_lets_go_of_its_spring_beyond_its_face():
-    p = Port(master(stiffness=500.0, damping=0.0, acts="above", begins_m=0.0)).p.port.filters
-    s = LocalModel((0.0,), (0.0,), 0.0, True, 0.0)
-    for _ in range(5):
-        s, *_ = local_offer(s, (0.01,), p.far.local, p.impedance)
-        s, _ = local_answer(s, (1.0,), p.far.local, p.impedance)
-    stored_j = local_stored_j(s, p.far.local)
-    assert stored_j > 0.0
-    s, offer, gain = local_offer(s, (-0.01,), p.far.local, p.impedance)
-    assert (offer, gain) == ((0.0,), (1.0,))
-    assert local_stored_j(s, p.far.local) == 0.0
-    assert s.dissipated_j == stored_j

@@ -63,13 +63,6 @@ def saved(rig, joules):
             sign = -sign
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_where_device_and_avatar_stood_at_first_does_not_count(kind):
-    rig = Rig(params(kind))
-    for _ in range(5):
-        assert rig.frame(0.3, 0.1) == [0.0] * M
-
-
 def test_published_is_its_equation():
     rig = Rig(params("printed", hold="zoh"))
     rig.frame(0.3, 0.1)
@@ -83,10 +76,10 @@ def test_published_is_its_equation():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_new_avatar_or_a_new_server_is_a_new_place(kind):
+def test_the_first_place_a_new_avatar_and_a_new_server_begin_without_a_force(kind):
     rig = Rig(params(kind))
-    rig.frame(0.3, 0.1)
-    rig.frame(0.3, 0.1)
+    for _ in range(5):
+        assert rig.frame(0.3, 0.1) == [0.0] * M
     assert rig.frame(0.3, -0.5, flags=FLAG_ANEW) == [0.0] * M
     rig.server = Packer(8, period=FRAME_S)
     assert rig.frame(0.3, 0.7, flags=FLAG_ANEW) == [0.0] * M

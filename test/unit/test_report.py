@@ -144,14 +144,6 @@ def test_a_report_that_finds_no_room_states_how_to_write_it_elsewhere(tmp_path):
     assert (other / "report.html").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize(("more", "measured"), [({"controller": "tdpa"}, True), ({}, False)])
-def test_where_no_model_tells_what_is_rendered_simulated_sessions_measure_it(more, measured):
-    scenario = handmade.scenario(**more)
-    text = page(handmade.session(), scenario).text
-    assert ("Measured in simulated sessions: stiffness" in text) == measured
-    assert ("the link acts like a spring" in text) != measured
-
-
 def texts(svg):
     return [element.text for element in ET.fromstring(svg).iter("text")]
 
@@ -197,17 +189,12 @@ def test_the_drawing_has_every_block_and_its_numbers():
 def test_what_generated_energy_is_marked():
     scenario = handmade.scenario(duration_s=1.0)
     found = blocks(scenario, scenario.users[0], None)
-    found["decoder"] = with_energy(found["decoder"], -2e-3)
+    found["decoder"] = found["decoder"]._replace(energy_j=-2e-3)
     root = ET.fromstring(drawing(found, name="user1", waves=True))
     marked = [
         element.text for element in root.iter("text") if element.get("class") == "loop-alarm"
     ]
     assert marked == ["E = −2 mJ"]
-
-
-def with_energy(block, energy):
-    """The block with another energy."""
-    return block._replace(energy_j=energy)
 
 
 def test_names_cannot_become_markup():

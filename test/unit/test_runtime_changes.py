@@ -63,13 +63,6 @@ def test_zero_takes_an_optional_number_back():
         assert changes == [ContactParams(impedance=None)]
 
 
-def test_what_is_fixed_at_the_start_stays():
-    with ros() as peer:
-        _, changes = bind(peer.node, "master", MasterParams)
-        assert "read-only" in change(peer.node, master__tick_s=0.002)
-        assert changes == []
-
-
 def test_a_check_beyond_the_dataclass_refuses_at_the_start_and_later():
     def even(params):
         if params.impedance % 2:

@@ -142,18 +142,6 @@ def test_every_wrong_start_value_is_named_with_its_range():
     )
 
 
-def test_a_conflict_is_named_with_the_group():
-    with (
-        node_given(
-            master__filter__kind="first_order",
-            master__filter__cutoff_hz=7.0,
-            master__filter__stop_hz=40.0,
-        ) as peer,
-        pytest.raises(ParameterError, match=r"^master\.filter: cutoff_hz and stop_hz are given"),
-    ):
-        declare(peer.node, "master", MasterParams)
-
-
 def test_single_values_are_checked_too():
     with node_given(users=[1, 2], seed=-1) as peer:
         with pytest.raises(ParameterError, match=r"^users = .*: must be a list of strings"):

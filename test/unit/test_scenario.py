@@ -8,9 +8,8 @@ import pytest
 from support.plain import load
 
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.params import MasterParams
-from pmwvc_core.params.names import assembled, flat_mapping, flattened, leaves, nested, replaced
-from pmwvc_core.scenario.names import resolved, varied
+from pmwvc_core.params.names import leaves
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import PARAMETERS, Scenario, User, prefixed
 
@@ -69,10 +68,6 @@ def test_what_a_file_leaves_out_has_defaults_also_the_coupling_by_the_environmen
         assert problem.startswith(f"server.environment = {environment!r}: set server.coupling = u")
 
 
-def test_something_else_than_a_mapping_is_refused():
-    assert problems(["carry"]) == ["list found where a mapping of names is expected"]
-
-
 def test_the_number_of_a_column_is_taken_as_text():
     user = parse_scenario(BASE | {"operator": {"columns": 1}}).users[0]
     assert user.operator.columns == "1"
@@ -112,30 +107,6 @@ def test_every_parameter_of_a_group_has_one_home():
     )
     assert sorted(name for name in PARAMETERS if "." in name) == sorted([*shared, *own])
     assert {name for name, each in PARAMETERS.items() if each.of_user} == {"side", *own}
-
-
-def test_a_group_goes_by_name_and_back_and_one_nested_value_is_replaced_alone():
-    group = MasterParams(impedance=31.0, rate_drop=7)
-    values = flattened("m", group)
-    assert assembled("m", MasterParams, values) == group
-    assert list(values) == list(leaves("m", MasterParams))
-    assert flat_mapping(nested(values)) == values
-    after = flattened("m", replaced(group, "filter.stop_hz", 33.0))
-    assert {name for name in after if after[name] != values[name]} == {"m.filter.stop_hz"}
-
-
-@pytest.mark.parametrize(
-    ("name", "user", "complete"),
-    [
-        ("dof", 0, ["dof"]),
-        ("user2.master.filter.kind", 2, ["master.filter.kind"]),
-        ("link.loss", 0, ["link.up.loss", "link.down.loss"]),
-        ("user1.link.*.loss", 1, ["link.up.loss", "link.down.loss"]),
-        ("link.up.loss", 0, ["link.up.loss"]),
-    ],
-)
-def test_a_name_means_users_and_directions(name, user, complete):
-    assert resolved(name) == (user, complete)
 
 
 def test_file_option_and_variation_set_the_same():

@@ -4,7 +4,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -23,23 +22,6 @@ def refused(name, **options):
     with pytest.raises(ScenarioError) as caught:
         scenarios.load(str(name), **options)
     return caught.value.problems
-
-
-def hand_motion():
-    """The recording of the scenario ``playback``, from the formula in its file."""
-
-    def s(r):
-        r = np.clip(r, 0.0, 1.0)
-        return 10 * r**3 - 15 * r**4 + 6 * r**5
-
-    time_s = np.arange(600) / 50.0
-    grip = s((time_s - 0.5) / 1.5) * (1.0 - s((time_s - 10.5) / 1.0))
-    moving = (time_s >= 3.0) & (time_s < 9.0)
-    carry = np.where(moving, 0.01 * (1.0 - np.cos(2 * np.pi * (time_s - 3.0) / 3.0)), 0.0)
-    left, right = (0.00005 * np.sin(2 * np.pi * hz * time_s) for hz in (8.5, 7.9))
-    columns = time_s, carry + grip * (0.008 + left), carry + grip * (-0.008 + right)
-    rows = (f"{t:.2f},{a:.6f},{b:.6f}" for t, a, b in zip(*columns, strict=True))
-    return "\n".join(["time_s,left_m,right_m", *rows]) + "\n"
 
 
 @pytest.fixture
@@ -90,11 +72,6 @@ def test_thesis_scenarios_have_the_numbers_of_the_thesis():
 def test_scenarios_of_one_task_differ_only_in_what_their_names_give(name, other, expected):
     one, two = scenarios.load(name).flat(), scenarios.load(other).flat()
     assert {key for key in one if one[key] != two[key]} == {"name", "description", *expected}
-
-
-def test_the_recording_is_what_its_formula_gives():
-    path = scenarios.known()["playback"].with_name("hand_motion.csv")
-    assert path.read_text("utf-8") == hand_motion()
 
 
 def test_options_win_over_the_file(written):

@@ -123,7 +123,8 @@ def test_no_path_of_a_recording_leads_out_of_its_folder(file):
 def test_a_scene_is_recorded_and_replayed_without_its_file(tmp_path):
     file = tmp_path / "lift.xml"
     file.write_bytes((CONFIG / "lift.xml").read_bytes())
-    scenario = replace(load("lift", settings_texts=[f"server.scene={file}"]), duration_s=2.5)
+    haste = ("task.grip_s=0.2", "task.grip_rise_s=0.3", "safety.soft_start_s=0.1")
+    scenario = load("lift", settings_texts=[f"server.scene={file}", *haste], duration_s=1.2)
     traces = simulate([scenario])[0]
     assert traces.server.scene == json.loads(json.dumps(scene(file).description))
     record_traces(tmp_path / "session", traces, scenario)

@@ -28,15 +28,9 @@ RANGE, PROFILES = "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTRTPS_DEFAULT_PROFILES_FI
 MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
 
 
-def test_two_sessions_get_two_domains():
-    with own_domain({}) as one, own_domain({}) as other:
-        assert one != other
-        assert 1 <= one <= 101
-
-
 def test_a_domain_with_a_ros_program_in_it_is_left_alone():
     with own_domain({}) as first:
-        pass
+        assert 1 <= first <= 101
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
         participant.bind(("0.0.0.0", 7400 + 250 * first))
         with own_domain({}) as second:
@@ -149,14 +143,6 @@ def problems(*texts, users=1):
         (
             "server.coupling=unknown server.environment=moon",
             "server.environment = 'moon': not installed; there are: cube, wall",
-        ),
-        (
-            "dof=3 server.coupling=unknown server.environment=mujoco server.scene=gone.xml",
-            "server.scene = 'gone.xml': there is no such file",
-        ),
-        (
-            "controller=direct server.coupling=unknown server.environment=active_wall",
-            "needs controller = pmwvc with server.coupling = unknown; here there are cube, wall",
         ),
         (
             "master.velocity_filter.kind=exact master.velocity_filter.share=0.99",

@@ -6,7 +6,6 @@ ramps and outages.
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from support.plain import load
 
@@ -89,25 +88,6 @@ def test_the_header_names_the_columns_and_the_unit_of_time(tmp_path, header, uni
 def test_a_file_that_cannot_be_used_is_refused_with_the_reason(tmp_path, text, message):
     with pytest.raises(RecordingError, match=message):
         load_delay_trace(write(tmp_path, text), 1.0)
-
-
-@pytest.mark.parametrize(
-    "name, rows, p50_ms, p99_ms, longest_ms, length_s",
-    [
-        ("cicv5g_urban_n78.txt", 8170, 18, 33, 43, 135.2),
-        ("cicv5g_w2s_n8.txt", 1300, 19, 376, 775, 71.6),
-    ],
-)
-def test_recorded_5g_delays_are_read_by_their_columns(
-    recorded_data, name, rows, p50_ms, p99_ms, longest_ms, length_s
-):
-    trace = load_delay_trace(str(recorded_data / name), 0.001)
-    delays = np.array(trace.delay_ns) / MS
-    assert len(delays) == rows
-    assert np.median(delays) == p50_ms
-    assert np.percentile(delays, 99) == pytest.approx(p99_ms, rel=0.02)
-    assert delays.max() == longest_ms
-    assert trace.length_ns * 1e-9 == pytest.approx(length_s, abs=0.1)
 
 
 S = 1_000_000_000

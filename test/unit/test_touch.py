@@ -20,8 +20,8 @@ pytestmark = needs_compiler
 PATIENCE_S = 30.0
 
 
-def made(dof=1, *, axes="", clutch=0, **params):
-    return whole(TouchDevice, TouchParams(**params), "touch", dof, axes=axes, clutch=clutch)
+def made(dof=1, *, clutch=0, **params):
+    return whole(TouchDevice, TouchParams(**params), "touch", dof, clutch=clutch)
 
 
 @pytest.fixture

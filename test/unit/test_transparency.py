@@ -4,8 +4,6 @@
 model's.
 """
 
-import dataclasses
-
 import numpy as np
 import pytest
 from support.pressed_wall import wall
@@ -76,16 +74,10 @@ def test_of_two_users_one_pushes_alone():
     assert np.max(wrong) > 5.0
 
 
-def cube(**overrides):
-    changes = {"users": 2, "server.environment": "cube", **overrides}
-    return parse_scenario(wall().to_dict() | {"users": 2}, overrides=changes)
-
-
 @pytest.mark.parametrize("hertz", [1.25, 12.5])
 @pytest.mark.parametrize(
     "changes",
     [
-        {},
         {"link.delay_s": 0.016, "master.hold": "foh"},
         {"server.coupling": "one_step_delay", "server.contact_stiffness": 300.0},
         {"controller": "direct", "master.rate_drop": 4, "server.period_s": 0.004},
@@ -154,11 +146,3 @@ def test_an_ideal_that_is_not_stable_is_left_out_and_reported():
     assert found.ideal.k_felt is None
     assert np.isnan(found.ideal_admittance).all()
     assert any("ideal coupling is not stable" in note for note in found.notes)
-
-
-def test_nonlinear_devices_are_refused_with_the_way_out():
-    scenario = wall()
-    rubs = dataclasses.replace(scenario.users[0].device, friction=0.1)
-    users = (dataclasses.replace(scenario.users[0], given_device=rubs),)
-    with pytest.raises(PmwvcError, match="friction"):
-        transparency(dataclasses.replace(scenario, users=users))

@@ -3,6 +3,8 @@
 """Verdicts and numbers of a summary."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,46 +17,31 @@ from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.verdicts.outcomes import offsets
 from pmwvc_analysis.verdicts.verdicts import summary
 
-KEYS = set(
-    "scenario source duration_s controller parameters stable instability active passivity object "
-    "users links prediction recording events verdict check outcomes interrupted strangers "
-    "stability judged_until_s alignment receptions".split()
-)
-USER_KEYS = set(
-    "name passive force_final_n force_peak_n "
-    "avatar_force_final_n force_step_max_n force_step_max_s blows force_undisturbed_n "
-    "force_least_n dropout_s coupled_ratio buzz_n disturbed_s coherency_rms_m drift_m "
-    "drift_change_m kept_apart_m kept_apart ticks "
-    "ticks_skipped ticks_missing tick_rate_hz lateness_us compute_us safety_events "
-    "environment_limited ended".split()
-)
-LINK_KEYS = set(
-    "name sent received lost duplicated reordered corrupted dropped delay_s rate_hz".split()
-)
-PREDICTION_KEYS = set(
-    "spectral_radius stable any_delay loop_gain aliasing_gain k_felt mass_felt "
-    "environment_limited left_out".split()
-)
-PERCENTILES = {"p50", "p99", "max"}
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "file_format.md"
 
 
 def judged(traces, **overrides):
     return summary(traces, handmade.scenario(**overrides))
 
 
-def test_the_keys_are_those_that_are_promised():
-    result = judged(session())
-    assert set(result) == KEYS
-    assert set(result["object"]) == {"position_final_m", "velocity_rms_m_s", "path_error_rms_m"}
-    assert set(result["prediction"]) == PREDICTION_KEYS
-    recording = {"messages", "missing", "holes"}
-    assert set(result["recording"]) == recording
+def documented(head):
+    """Return the rows of a table of the page, by their keys."""
+    _, _, table = PAGE.read_text("utf-8").partition(f"| {head} | meaning |\n|---|---|\n")
+    rows = (line.split(" | ", 1) for line in table.partition("\n\n")[0].splitlines())
+    return {key: text for keys, text in rows for key in re.findall(r"`(\w+)", keys)}
+
+
+def test_the_keys_are_those_that_are_documented():
+    result, rows = judged(session()), documented("key")
+    assert set(result) == set(rows)
+    deeper = {"p50", "p99", "max", "owner", "start_s", "end_s"}
+    for name in ("object", "links", "prediction", "recording"):
+        found = result[name][0] if name == "links" else result[name]
+        assert set(found) == set(re.findall(r"`(\w+)", rows[name])) - deeper
     for user in result["users"]:
-        assert set(user) == USER_KEYS
-        assert set(user["lateness_us"]) == set(user["compute_us"]) == PERCENTILES
-    for link in result["links"]:
-        assert set(link) == LINK_KEYS
-        assert set(link["delay_s"]) == PERCENTILES
+        assert set(user) == {"name", *documented("key of a user")}
+    percentiles = [user["lateness_us"], user["compute_us"], result["links"][0]["delay_s"]]
+    assert [set(each) for each in percentiles] == [{"p50", "p99", "max"}] * 3
 
 
 def test_the_press_has_its_known_numbers():

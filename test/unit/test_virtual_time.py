@@ -130,10 +130,3 @@ def test_the_links_of_a_session_have_the_fates_of_the_link_alone():
     alone = [f for time in times for f in link.send(None, int(time), size_bytes=size_bytes(1))]
     assert [int(fate.kind) for fate in alone] == seen.fate.tolist()
     assert {0, 1, 2} == set(seen.fate.tolist())
-
-
-def test_without_operators_nothing_moves_and_no_energy_flows():
-    scenario = parse_scenario(SHORT | {"operator": {"kind": "none"}})
-    traces = simulate_one(scenario)
-    assert not traces.server.x_o.any()
-    assert all(not user.f_applied.any() and not user.u_m.any() for user in traces.users)

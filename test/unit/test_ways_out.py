@@ -14,7 +14,6 @@ from pmwvc_bringup import output, scenarios
 from pmwvc_bringup.output import doing
 from pmwvc_bringup.session.terminal import user_words
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.params.names import hint
 from pmwvc_core.words import cell, quantity, share
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,12 +36,6 @@ def test_a_wrong_setting_gets_the_way_out_that_fits(setting, told, not_told):
     with pytest.raises(ScenarioError) as caught:
         scenarios.load("wall", settings_texts=[setting])
     assert told in str(caught.value) and not_told not in str(caught.value)
-
-
-def test_of_equally_near_names_the_first_known_one_is_meant():
-    names = ["master.impedance", "server.impedance"]
-    assert hint("impedance", names) == "; did you mean master.impedance?"
-    assert hint("impedance", names[::-1]) == "; did you mean server.impedance?"
 
 
 @pytest.mark.parametrize(
