@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool
 from support.peers import ros
 from support.played_server import Server, master, signal
@@ -25,6 +26,8 @@ SETTINGS = {
     "safety__max_slew": SLEW_N_S, "safety__soft_start_s": 0.05, "dof": 3, **AXES,
 }  # fmt: skip
 PRESSED_M, MOVED_M = 0.02, 0.05
+# A test that stands still for some ticks shall not take them for a step of force.
+EVERY_ONE = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
 PATIENCE_S = 100.0  # a busy machine makes the device silent now and then
 
 
@@ -57,7 +60,10 @@ class Driver:
 
 def test_a_scaled_handle_is_let_go_moved_and_coupled_again_without_a_step():
     with ros() as peer:
-        wrenches = peer.collect(WrenchStamped, "/user1/device/servo_cf")
+        wrenches = []
+        peer.node.create_subscription(
+            WrenchStamped, "/user1/device/servo_cf", wrenches.append, EVERY_ONE
+        )
         with master(peer, **SETTINGS) as (process, blocks, waves):
             driver = Driver(peer, Server(peer), waves)
 
