@@ -204,3 +204,22 @@ def test_bodies_that_overlap_may_settle(tmp_path):
     np.testing.assert_allclose(made.position, 0.0)
     places = held(made, 0.0, 0.5)
     assert np.linalg.norm(places[-1][1]) < 1e-3
+
+
+def test_no_user_that_touches_is_missed_among_many_contacts(tmp_path):
+    """Eight boxes on a plane have 32 contacts, of which 16 are recorded: users were missed."""
+    hands = "".join(
+        f'<body name="h{n}" pos="{0.1 * n} 0 .0101"><geom type="box" size=".01 .01 .01"/></body>'
+        for n in range(8)
+    )
+    file = tmp_path / "hands.xml"
+    file.write_text(
+        f'<mujoco><worldbody><geom type="plane" size="2 2 .1"/>{hands}</worldbody></mujoco>'
+    )
+    made = scene(file, users=8, handles=",".join(f"h{n}" for n in range(8)))
+    drive = np.tile([0.0, 0.0, -2.0], (8, 1))
+    drive[3] = 0.0
+    for _ in range(10):
+        made.meet(drive, np.full(8, 25.0), 0.008)
+    assert made.touching == [n != 3 for n in range(8)]
+    assert len(made.contacts) == 8 * 16

@@ -80,9 +80,8 @@ class MujocoScene:
         """Note contacts, and the poses of what moves: x y z [m], quaternion w x y z, by name."""
         rows = np.concatenate([self.data.xpos, self.data.xquat], axis=1).tolist()
         self.poses = {self._names[body]: rows[body] for body in self._moving}
-        self.contacts = strongest(self.data, self._place, self._whose >= 0)
-        ends = {*self.contacts[::8], *self.contacts[1::8]}
-        self.touching = [self._moving.index(held.body) in ends for held in self.held]
+        self.contacts, press = strongest(self.data, self._place, self._whose >= 0)
+        self.touching = np.isin(range(len(self.held)), self._whose[press]).tolist()
 
     @property
     def turned(self) -> Array:
