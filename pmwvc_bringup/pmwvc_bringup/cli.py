@@ -22,7 +22,7 @@ from importlib import metadata
 from typing import Any, NoReturn
 
 from pmwvc_bringup import commands
-from pmwvc_bringup.command import Command
+from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
 
@@ -78,8 +78,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"pmwvc {_version()}")
     several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in library():
-        texts = {"help": command.help, "description": f"{command.help}."}
-        nested = several.add_parser(command.name, **texts, epilog=command.examples)
+        add = partial(several.add_parser, help=command.help, description=f"{command.help}.")
+        nested = add(command.name, epilog=command.examples)
         nested.set_defaults(command=command)
         for name, text, options in command.arguments:
             nested.add_argument(name, help=text, **options)
@@ -91,7 +91,7 @@ def main(words: Sequence[str] | None = None) -> int:
     arguments = build_parser().parse_args(words)
     try:
         with document(wanted=getattr(arguments, "json", False)) as write:
-            result = arguments.command.run(arguments)
+            result: Result = arguments.command.run(arguments)
             write(result.document)
         sys.stdout.flush()
         return result.code

@@ -206,6 +206,7 @@ def test_bodies_that_overlap_may_settle(tmp_path):
     assert np.linalg.norm(places[-1][1]) < 1e-3
 
 
+@pytest.mark.filterwarnings("error")  # of an inertia that is singular, as its slides were one
 def test_what_is_welded_to_a_handle_is_held_with_it(tmp_path):
     """It fell by its weight, pressed softly, touched while nobody held it, and unnoticed."""
     file = tmp_path / "tool.xml"

@@ -90,8 +90,8 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
                 mass=kg, contype=touched, conaffinity=touched, friction=[0.0] * 3, group=group,
             )  # fmt: skip
         body.mocap = False  # a hand moves it, no program
-        for kind in [slide] * 3 + [ball] * (setup.dof == AXES):
-            body.add_joint(plain.default, type=kind)
+        for n, kind in enumerate([slide] * 3 + [ball] * (setup.dof == AXES)):
+            body.add_joint(plain.default, type=kind, axis=np.eye(3)[n % 3])
         body.gravcomp = 1.0
     options = _set_options(mujoco, spec.option, setup.period_s)
     with refused(where, cannot_be="compiled"):
