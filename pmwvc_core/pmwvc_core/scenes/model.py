@@ -108,8 +108,7 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
         geoms = np.flatnonzero(whole[model.geom_bodyid])
         model.body_gravcomp[whole], model.geom_solmix[geoms] = 1.0, OVERRIDES
         model.geom_solref[geoms], model.geom_solimp[geoms] = SOLREF, SOLIMP
-        twists = 4 if setup.dof == AXES else 3  # rubs as it twists
-        model.geom_condim[geoms] = np.maximum(model.geom_condim[geoms], twists)
+        model.geom_condim[geoms] = np.maximum(model.geom_condim[geoms], 3 + (setup.dof == AXES))
         model.geom_group[geoms] *= bool(server.handles)  # fingers are drawn
         first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])

@@ -60,6 +60,7 @@ class MujocoScene:
         self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
         self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
         self._axes[:, :3, :3] = [held.axes for held in self.held]
+        self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
         self._slides = self._axes.copy()  # b is the same about all axes of a ball
         self._whose = np.full(len(self._place), -1)  # likewise
         for user, held in enumerate(self.held):
@@ -138,12 +139,12 @@ class MujocoScene:
         rates = np.zeros(drive.shape)
         self._note_axes()
         for _ in range(steps):
-            push = times_rows(self._axes.swapaxes(1, 2), drive)
+            push = times_rows(self._axes.swapaxes(1, 2), drive) if self._apart else drive
             data.qfrc_applied[dofs] = push - along * data.qvel[dofs]
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
             self._note_axes()
-            rates += times_rows(self._axes, data.qvel[dofs])
+            rates += times_rows(self._axes, data.qvel[dofs]) if self._apart else data.qvel[dofs]
         return rates
 
     def _note_axes(self) -> None:
