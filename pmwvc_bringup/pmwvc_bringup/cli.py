@@ -14,6 +14,7 @@ import contextlib
 import importlib
 import os
 import pkgutil
+import re
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -21,7 +22,7 @@ from importlib import metadata
 from typing import Any, NoReturn
 
 from pmwvc_bringup import commands
-from pmwvc_bringup.command import Command
+from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
 
@@ -46,6 +47,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""
+        if re.match(r"unrecognized arguments: \w\S*=", message):
+            message += ": each NAME=VALUE needs a --set (or --over) of its own"
         self.exit(2, f"{self.prog}: {message} (see '{self.prog} --help')\n")
 
 
@@ -75,10 +78,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"pmwvc {_version()}")
     several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in library():
-        what = f"{command.help}."
-        nested = several.add_parser(
-            command.name, help=command.help, description=what, epilog=command.examples
-        )
+        add = partial(several.add_parser, help=command.help, description=f"{command.help}.")
+        nested = add(command.name, epilog=command.examples)
         nested.set_defaults(command=command)
         for name, text, options in command.arguments:
             nested.add_argument(name, help=text, **options)
@@ -88,10 +89,9 @@ def build_parser() -> argparse.ArgumentParser:
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     arguments = build_parser().parse_args(words)
-    command: Command = arguments.command
     try:
         with document(wanted=getattr(arguments, "json", False)) as write:
-            result = command.run(arguments)
+            result: Result = arguments.command.run(arguments)
             write(result.document)
         sys.stdout.flush()
         return result.code

@@ -115,18 +115,15 @@ class TraceBlocks:
         """Tell whether a tick of a frame is the next one, or would come after its last one."""
         return len(self._filled) == tick or (last and len(self._filled) < tick)
 
-    def put(
-        self, tick: Tick, row: Row, compute_ns: int, *, looked_ns: int,
-        packets: Sequence[WavePacket], changes: int,
-    ) -> None:  # fmt: skip
-        """Note a tick, its signals and the packets taken in at an instant [ns]."""
+    def block(self, tick: Tick, changes: int) -> FrameBlock:
+        """Return the block that a tick is to be noted in."""
         block = self._filled
         if self._first is None:
             self._first = tick.grid
         if not len(block):
             block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
             block.changes = changes
-        block.put(tick, row, compute_ns, looked_ns, packets)
+        return block
 
     def close(self, report: FrameReport | None) -> None:
         """Set the block aside for publishing; go on with another one."""

@@ -81,6 +81,4 @@ class MasterLoop(Paced):
             self._trace.publish()
         compute_ns, changes = self._clock() - tick.woke_ns, protocol.changes
         self.took_ns.extend((tick.lateness_ns, compute_ns))
-        self._trace.put(
-            tick, row, compute_ns, looked_ns=looked_ns, packets=packets, changes=changes
-        )
+        self._trace.block(tick, changes).put(tick, row, compute_ns, looked_ns, packets)

@@ -109,9 +109,11 @@ class Master:
     def _warn(self, master: MasterParams) -> None:
         given = self.settings
         force_n = self.loop.protocol.p.limits.max_force * given.given_device.scale
-        waves, strict = has_waves(given.controller), given.strict
-        of = self.device.info, master, given.given_device
-        for text in warnings_of_device(*of, force_n=force_n, waves=waves, strict=strict):
+        lever_m = 0.0 if given.given_safety.max_torque else given.server.lever_m
+        for text in warnings_of_device(
+            self.device.info, master, given.given_device, force_n=force_n,
+            torque_n_m=force_n * lever_m, waves=has_waves(given.controller), strict=given.strict,
+        ):  # fmt: skip
             self.node.get_logger().warning(text)
 
     def run(self, stop: threading.Event) -> None:

@@ -103,7 +103,7 @@ ROOMS = {
             "devices/turn.py",
         ),
     ),
-    "nodes": Room(1_904, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
+    "nodes": Room(1_902, 2_200, ("pmwvc_master", "pmwvc_server", "pmwvc_netem", "pmwvc_msgs")),
     "page": Room(2_853, 3_000, ("pmwvc_view",)),
 }
 

@@ -81,6 +81,28 @@ def test_what_goes_in_is_held_or_heat_in_every_step(seed, users, dof, b, **value
         heat_j = made.heat_j
 
 
+@pytest.mark.parametrize("seed", [2, 4])
+def test_pads_that_wedge_a_tumbling_box_come_to_balance(seed):
+    """Four unlike pads on springs, mu above 1: friction bounded once found none after 0.5 s."""
+    rng = np.random.default_rng(seed)
+    users, dof = int(rng.integers(2, 5)), int(rng.choice([3, 6]))
+    made = box(
+        users, dof, mass=rng.uniform(0.05, 0.3), stiffness=10 ** rng.uniform(3, 6),
+        damping=rng.choice([0.0, 10.0]), friction=rng.uniform(1.2, 1.5),
+        width_m=0.03 + 0.07 * rng.random(), height_m=0.03 + 0.07 * rng.random(), pad_m=0.01,
+    )  # fmt: skip
+    home = np.array([facing(side, dof) * 0.0301 for side in SIDES[:users]])
+    home[:, 1:3] = rng.uniform(-0.015, 0.015, (users, 2))
+    for user in range(users):
+        made.join(user, home[user])
+    x, bias = home.copy(), -10.0 * np.array([facing(side, dof) for side in SIDES[:users]])
+    amplitude, phase = rng.uniform(0.0, 15.0, (users, dof)), rng.uniform(0.0, 6.0, (users, dof))
+    rates = 2.0 * np.pi * rng.uniform(0.2, 5.0, (users, dof))
+    for step in range(80):
+        drive = bias + amplitude * np.sin(rates * step * H + phase) + 200.0 * (home - x)
+        x = x + H * made.meet(drive, np.full(users, 20.0), H)
+
+
 def points(rng, count):
     """Return points of any state over any surface."""
     normal = rng.normal(size=(count, 3))

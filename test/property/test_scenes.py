@@ -204,3 +204,41 @@ def test_bodies_that_overlap_may_settle(tmp_path):
     np.testing.assert_allclose(made.position, 0.0)
     places = held(made, 0.0, 0.5)
     assert np.linalg.norm(places[-1][1]) < 1e-3
+
+
+@pytest.mark.filterwarnings("error")  # of an inertia that is singular, as its slides were one
+def test_what_is_welded_to_a_handle_is_held_with_it(tmp_path):
+    """It fell by its weight, pressed softly, touched while nobody held it, and unnoticed."""
+    file = tmp_path / "tool.xml"
+    file.write_text("""<mujoco><worldbody><geom type="plane" size="2 2 .1"/>
+    <body name="tool" pos="0 0 .0501"><geom size=".01" mass=".1"/><body name="tip" pos="0 0 -.03">
+    <geom size=".01" mass=".2"/></body></body></worldbody></mujoco>""")
+    made = scene(file, users=1, handles="tool")
+    high = made.poses["tip"][2]
+    for _ in range(50):
+        made.meet(np.zeros((1, 3)), np.full(1, 25.0), 0.008)
+    assert made.poses["tip"][2] == pytest.approx(high, abs=1e-9) and made.touching == [False]
+    for _ in range(125):
+        made.meet(np.array([[0.0, 0.0, -5.0]]), np.full(1, 25.0), 0.008)
+    assert made.touching == [True] and 0.0099 < made.poses["tip"][2] < 0.0101
+    made.leave(0)
+    assert not made.model.geom_contype[made.held[0].geoms].any() and len(made.held[0].geoms) == 2
+
+
+def test_no_user_that_touches_is_missed_among_many_contacts(tmp_path):
+    """Eight boxes on a plane have 32 contacts, of which 16 are recorded: users were missed."""
+    hands = "".join(
+        f'<body name="h{n}" pos="{0.1 * n} 0 .0101"><geom type="box" size=".01 .01 .01"/></body>'
+        for n in range(8)
+    )
+    file = tmp_path / "hands.xml"
+    file.write_text(
+        f'<mujoco><worldbody><geom type="plane" size="2 2 .1"/>{hands}</worldbody></mujoco>'
+    )
+    made = scene(file, users=8, handles=",".join(f"h{n}" for n in range(8)))
+    drive = np.tile([0.0, 0.0, -2.0], (8, 1))
+    drive[3] = 0.0
+    for _ in range(10):
+        made.meet(drive, np.full(8, 25.0), 0.008)
+    assert made.touching == [n != 3 for n in range(8)]
+    assert len(made.contacts) == 8 * 16

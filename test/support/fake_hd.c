@@ -15,7 +15,7 @@ double fake_force[3] = {9, 9, 9};
 double fake_transform[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 10, 20, 30, 1};  // by columns
 double fake_max_force = 3.3, fake_lasting_force = 0.88;
 char fake_model[32] = "Touch", fake_serial[32] = "S-1", fake_name[32] = "";
-int fake_busy = 0, fake_code = 0, fake_calibration = 0x5000, fake_updated = 0;
+int fake_busy = 0, fake_code = 0, fake_copies = 1, fake_calibration = 0x5000, fake_updated = 0;
 int fake_buttons = 0;
 int fake_enabled = 0, fake_open = 0, fake_stalled = 0, fake_frames = 0, fake_in_frame = 0;
 
@@ -36,7 +36,8 @@ void hdMakeCurrentDevice(unsigned id) {}
 const char *hdGetString(unsigned name) { return name == 0x2501 ? fake_model : fake_serial; }
 Error hdGetError(void) {
   Error error = {fake_code, 0, ID};
-  fake_code = 0;
+  if (fake_copies > 1) fake_copies--;  // of an error on the stack
+  else fake_code = 0;
   return error;
 }
 const char *hdGetErrorString(unsigned code) { return code == 0x0302 ? "communication error" : "?"; }

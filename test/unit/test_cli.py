@@ -45,6 +45,7 @@ def test_the_parser_is_there_before_what_is_slow_to_load():
     [
         (["simulat", "carry_0ms"], "invalid choice: 'simulat'"),
         (["run", "carry_0ms", "--durration", "1"], "unrecognized arguments: --durration"),
+        (["run", "lift", "--set", "dof=3", "seed=2"], "seed=2: each NAME=VALUE needs a --set (or"),
         (["simulate", "wall", "--no-figures", "--over", "x=1,2"], "arguments: --over"),
         (["simulate", "cary_0ms"], "did you mean carry_0ms?"),
         (["run", "wall", "--set", "master.impedence=3"], "did you mean master.impedance?"),

@@ -8,6 +8,7 @@ import itertools
 import math
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -181,8 +182,10 @@ def test_beyond_the_workspace_a_force_only_brakes():
     assert max(back[:20]) < 0.3 and back[-1] == pytest.approx(5.0, rel=0.01)
 
 
-def warned(declared, master, device, *, force_n=3.0, waves=True, strict=True):
-    options = {"force_n": force_n, "waves": waves, "strict": strict}
+def warned(
+    declared, master, device, *, force_n=3.0, waves=True, strict=True, torque_n_m=0.15
+):  # fmt: skip
+    options = {"force_n": force_n, "waves": waves, "strict": strict, "torque_n_m": torque_n_m}
     return list(warnings_of_device(declared, master, device, **options))
 
 
@@ -192,6 +195,22 @@ def test_a_force_above_the_continuous_one_is_named_before_the_motors_heat():
     assert text.startswith("safety.max_force = 3.3 N: the device holds 0.88 N for long")
     assert not warned(lasting, MasterParams(), DeviceParams(), force_n=0.88)
     assert not warned(info(max_force=3.3), MasterParams(), DeviceParams(), force_n=3.3)
+
+
+def test_a_torque_that_no_motor_declares_is_named_before_it_is_felt():
+    """One of max_force at the lever; a device that renders none has nothing to declare."""
+    turns = DeviceInfo("turns", 6)
+    lab = DeviceParams(plugin="lab")
+    (text,) = warned(turns, MasterParams(), lab, torque_n_m=0.25)
+    assert text.startswith("safety.max_torque = 0.25 N m, max_force at the lever: the device decl")
+    assert not warned(turns, MasterParams(), lab, torque_n_m=0.0)  # the session's own
+    for torque_n_m in (0.0, 0.2):
+        declared = replace(turns, max_torque=torque_n_m)
+        assert not warned(declared, MasterParams(), lab)
+        limited = limits_of(declared, SafetyParams(), 0.05).max_torque
+        assert limited == min(torque_n_m, SafetyParams.max_force * 0.05)
+    assert not warned(turns, MasterParams(), DeviceParams())  # simulated
+    assert not warned(info(), MasterParams(), lab)
 
 
 def test_a_light_device_is_warned_of_before_it_hums():

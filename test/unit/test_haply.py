@@ -6,13 +6,16 @@ Time is that of the ticks, which the test says; a read waits for the service as 
 lets it, or not at all.
 """
 
+import contextlib
 import math
+import threading
 
 import numpy as np
 import pytest
 from support.haply_rig import exchanged, let_wait, opened
 from support.inverse_service import InverseService
 from support.loop_rig import TICK_NS
+from websockets.exceptions import ConnectionClosed
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS
@@ -139,12 +142,49 @@ def test_silence_makes_samples_invalid_and_then_ends_the_connection():
         service.force()
         assert device.read(STALE_NS).valid
         assert not device.read(STALE_NS + TICK_NS).valid
-        assert device.read(CALL_NS).valid is False and device._link is not None
-        device.read(CALL_NS + TICK_NS)
+        assert device.read(CALL_NS - TICK_NS).valid is False and device._link is not None
+        device.read(CALL_NS)
         assert device._link is None
 
 
-@pytest.mark.parametrize("wrong", [[120.0, -0.12, 0.15], [math.nan, 0.0, 0.0]])
+def test_a_service_that_leaves_messages_without_an_answer_is_called_anew():
+    """Ages of all later samples were too large by as much: silent for ever."""
+    with InverseService() as service, opened(service) as device:
+        service.hold()
+        for tick in range(30):
+            device.read(tick * TICK_NS)
+            device.write(0.0)
+            service.force()
+        service.held.clear()
+        for due_ns in range(30 * TICK_NS, CALL_NS, 10 * TICK_NS):
+            assert not device.read(due_ns).valid and device._link is not None
+            device.write(0.0)
+            service.force()
+            service.release(1)
+        device.read(CALL_NS)
+        assert device._link is None
+
+
+def test_a_service_that_sends_without_end_blocks_no_loop():
+    with InverseService() as service, opened(service) as device:
+        ended, connection = threading.Event(), service.connections[-1]
+
+        def send():
+            with contextlib.suppress(ConnectionClosed):
+                while not ended.is_set():
+                    connection.send(service.answer())
+
+        sending = threading.Thread(target=send)
+        sending.start()
+        for tick in range(20):
+            device.read(tick * TICK_NS)
+        ended.set()
+        while device.driver._link.take():
+            pass
+        sending.join()
+
+
+@pytest.mark.parametrize("wrong", [[120.0, -0.12, 0.15], [math.nan, 0.0, 0.0], [10**400, 0, 0]])
 def test_a_state_that_cannot_be_is_invalid_and_moves_nothing(waiting, wrong):
     with InverseService() as service, opened(service) as device:
         _, sample = exchanged(service, device, 0.0)

@@ -149,6 +149,17 @@ def test_what_cannot_be_opened_is_refused_with_the_remedy():
         make_device("haply", vendor_setup("haply", 4))
 
 
+def test_a_snapshot_of_wrong_types_is_no_inverse_service(monkeypatch):
+    """Its errors ended the node, or its loop where the service was called again."""
+    with InverseService() as service:
+        for answer in ('{"inverse3": [{"device_id": "049D", "config": "x"}]}', "[" * 100_000):
+            monkeypatch.setattr(service, "answer", lambda config, answer=answer: answer)
+            refused(service, "what answers is no Inverse Service; start")
+    refused(
+        type("Named", (), {"url": f"ws://{'a' * 80}:1"}), r"label too long\); start the Haply Hub"
+    )
+
+
 def node_of(service, **given):
     """Join as a node that was given parameters of the device."""
     given = {f"haply.{name}": value for name, value in (given | {"service": service.url}).items()}

@@ -6,6 +6,7 @@ a laboratory stands for the library.
 
 import contextlib
 import dataclasses
+import math
 import sys
 import time
 import types
@@ -176,6 +177,18 @@ def test_velocities_are_the_slope_of_the_hand(lab):
         sample = device.read(time.monotonic_ns())
         speeds += [float(np.linalg.norm(sample.xd))] if sample.fresh else []
     assert np.median(speeds) == pytest.approx(0.3, rel=0.05)  # 1 rad/s at 0.3 m
+
+
+def test_a_joint_that_is_no_number_gets_no_torque_that_is_none(lab):
+    device = lab()
+    arm = lab.kind.made
+    pushed(device, [1.0, 0.0])
+    arm.action["elbow.pos"] = math.nan
+    until(
+        lambda: not (device.write(np.array([1.0, 0.0])) or device.read(time.monotonic_ns()).valid)
+    )
+    until(lambda: not any(arm.sent[-1].values()))
+    assert np.isfinite([[*each.values()] for each in arm.sent]).all()
 
 
 def test_a_bus_that_fails_makes_samples_invalid_until_it_speaks_again(lab):

@@ -67,7 +67,7 @@ def test_velocities_of_the_motion_are_believed(right):
     np.testing.assert_allclose(found[2500][1], expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("factor", [1000.0, 2.2, 0.4, 0.0, -1.0])
+@pytest.mark.parametrize("factor", [1000.0, 2.2, 2.0, 0.5, 0.4, 0.0, -1.0])
 @pytest.mark.parametrize("dof", [1, 3])
 def test_velocities_that_are_off_by_two_are_told_within_a_second_and_replaced(factor, dof):
     found, told = played(Moved(factor=factor, dof=dof))

@@ -116,6 +116,15 @@ def test_an_error_of_the_library_makes_a_sample_invalid(fake):
     until(lambda: not device.read(time.monotonic_ns()).valid)
 
 
+def test_errors_at_once_cost_one_sample(fake):
+    """Ten on the library's stack, taken off one by one, made ten samples invalid."""
+    fake.opened()
+    fake["copies"], frames = 10, fake["frames"]
+    fake["code"] = 0x0200
+    until(lambda: not fake["code"])
+    assert fake["frames"] - frames < 8
+
+
 def test_forces_are_off_at_the_end_whatever_comes_after(fake):
     device = fake.opened()
     assert fake["enabled"] == 1

@@ -58,9 +58,10 @@ def _shape(model: Any, geom: int, names: Sequence[str]) -> dict[str, Any]:
     return shape
 
 
-def strongest(data: Any, place: Integers, held: Flags) -> list[float]:
+def strongest(data: Any, place: Integers, held: Flags) -> tuple[list[float], Integers]:
     """Return the strongest contacts of the last sub-step, first those of ``held`` geoms: two
-    bodies, by ``place`` of geoms (-1: fixed), point [m], force on the second [N]; 8 numbers each.
+    bodies, by ``place`` of geoms (-1: fixed), point [m], force on the second [N], 8 numbers each;
+    and the geoms of all that press, ``(n, 2)``.
     """
     contact, forces = data.contact, np.append(data.efc_force, np.zeros(3))
     first, axes = contact.efc_address[:, None], np.arange(3)  # normal first: elliptic cones
@@ -69,7 +70,7 @@ def strongest(data: Any, place: Integers, held: Flags) -> list[float]:
     order = order[along[order, 0] > 0.0][:MOST_CONTACTS]
     force = np.einsum("ni,nij->nj", along[order], contact.frame[order].reshape(-1, 3, 3))
     rows = np.hstack([place[contact.geom[order]], contact.pos[order], force])
-    return list(rows.ravel().tolist())
+    return list(rows.ravel().tolist()), contact.geom[along[:, 0] > 0.0]
 
 
 def files_of(file: Path) -> dict[str, str]:

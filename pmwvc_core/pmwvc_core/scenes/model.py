@@ -90,19 +90,13 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
                 mass=kg, contype=touched, conaffinity=touched, friction=[0.0] * 3, group=group,
             )  # fmt: skip
         body.mocap = False  # a hand moves it, no program
-        for kind in [slide] * 3 + [ball] * (setup.dof == AXES):
-            body.add_joint(plain.default, type=kind)
+        for n, kind in enumerate([slide] * 3 + [ball] * (setup.dof == AXES)):
+            body.add_joint(plain.default, type=kind, axis=np.eye(3)[n % 3])
         body.gravcomp = 1.0
-        for geom in body.geoms:
-            geom.solref, geom.solimp, geom.solmix = SOLREF, SOLIMP, OVERRIDES
-            geom.condim = max(geom.condim, 4 if setup.dof == AXES else 3)  # rubs as it twists
     options = _set_options(mujoco, spec.option, setup.period_s)
     with refused(where, cannot_be="compiled"):
         model = spec.compile()
-    ids = [body.id for body in bodies]
-    if not server.handles:
-        model.geom_group[np.isin(model.geom_bodyid, ids)] = 0  # drawn
-    _check_masses(model, {*ids}, where)
+    _check_masses(model, {body.id for body in bodies}, where)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     shown = movable.id if movable else 0
@@ -110,12 +104,18 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
     for user, (body, axes) in enumerate(zip(bodies, _axes(setup), strict=True)):
         at, start = model.body(body.id), data.xmat[body.id].reshape(3, 3).copy()
         model.jnt_axis[at.jntadr[0] :][:3] = axes.T @ start  # in axes of the body
+        whole = model.body_weldid == body.id  # with what is welded to it
+        geoms = np.flatnonzero(whole[model.geom_bodyid])
+        model.body_gravcomp[whole], model.geom_solmix[geoms] = 1.0, OVERRIDES
+        model.geom_solref[geoms], model.geom_solimp[geoms] = SOLREF, SOLIMP
+        model.geom_condim[geoms] = np.maximum(model.geom_condim[geoms], 3 + (setup.dof == AXES))
+        model.geom_group[geoms] *= bool(server.handles)  # fingers are drawn
         first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
         out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
         home = None if server.handles else data.xipos[shown] + out - data.xpos[body.id]
         turn = slice(first + 3, first + (7 if setup.dof == AXES else 3))
         joints = slice(first, first + 3), turn, slice(dof, dof + setup.dof)
-        held.append(Grasp(*joints, [geom.id for geom in body.geoms], home, axes, body.id, start))
+        held.append(Grasp(*joints, geoms.tolist(), home, axes, body.id, start))
     return model, held, shown, {"files": files_of(file), "options": options}
 
 

@@ -60,8 +60,8 @@ class MujocoScene:
         self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
         self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
         self._axes[:, :3, :3] = [held.axes for held in self.held]
-        self._slides = self._axes.copy()  # b is the same about all axes of a ball
         self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
+        self._slides = self._axes.copy()  # b is the same about all axes of a ball
         self._whose = np.full(len(self._place), -1)  # likewise
         for user, held in enumerate(self.held):
             self._whose[held.geoms] = user
@@ -80,9 +80,8 @@ class MujocoScene:
         """Note contacts, and the poses of what moves: x y z [m], quaternion w x y z, by name."""
         rows = np.concatenate([self.data.xpos, self.data.xquat], axis=1).tolist()
         self.poses = {self._names[body]: rows[body] for body in self._moving}
-        self.contacts = strongest(self.data, self._place, self._whose >= 0)
-        ends = {*self.contacts[::8], *self.contacts[1::8]}
-        self.touching = [self._moving.index(held.body) in ends for held in self.held]
+        self.contacts, press = strongest(self.data, self._place, self._whose >= 0)
+        self.touching = np.isin(range(len(self.held)), self._whose[press]).tolist()
 
     @property
     def turned(self) -> Array:
@@ -145,8 +144,7 @@ class MujocoScene:
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
             self._note_axes()
-            v = data.qvel[dofs]
-            rates += times_rows(self._axes, v) if self._apart else v
+            rates += times_rows(self._axes, data.qvel[dofs]) if self._apart else data.qvel[dofs]
         return rates
 
     def _note_axes(self) -> None:

@@ -8,8 +8,8 @@
 
 with g . x = 0. A part of Newton's step is taken that comes nearer, or the whole one where none
 does: friction, bounded by mu F, has slopes of no potential. Where that does not settle (1 in 2000
-steps with mu above 1), friction is bounded by what presses in the last round: forces then have a
-potential, and a step does not go far beyond its least value. What no round mends is rounding.
+steps, mu above 1), what presses in the best round bounds friction: forces then have a potential,
+whose least value steps do not pass by far; then again, by turns. What no round mends is rounding.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenes.pressing import Pressed
 
 SETTLED, NEAR = 1e-14, 1e-11  # of what is wanted: done, and done in one round more
-ROUNDED_W, MOST_ROUNDS, MOST_HALVINGS = 1e-18, 30, 12  # where no round comes nearer
+ROUNDED_W, ROUNDS, MOST_HALVINGS, TURNS = 1e-18, 30, 12, 24  # the first: no round comes nearer
 
 
 class Trial(NamedTuple):
@@ -48,12 +48,13 @@ def balanced(
         return float(trial.missing @ (trial.missing / resists))
 
     whole, bound, trial = float(np.sum(wanted**2 / resists)), None, tried(start, None)
-    for number in range(2 * MOST_ROUNDS):
+    best = trial
+    for number in range(TURNS * ROUNDS):
         if size(trial) <= SETTLED**2 * whole:
             return trial
-        if number == MOST_ROUNDS:
-            bound = friction * trial.after.pressing
-            trial = tried(trial.x, bound)
+        if number and number % ROUNDS == 0:
+            bound = friction * best.after.pressing if bound is None else None
+            trial = best = tried(best.x, bound)
         change = np.linalg.solve(trial.slope(), trial.missing)
         near = size(trial) <= NEAR**2 * whole
         for part in (1.0,) if near else (*0.5 ** np.arange(MOST_HALVINGS), 1.0):
@@ -63,5 +64,5 @@ def balanced(
                 break
         if near or size(trial) <= min(ROUNDED_W, 2.0 * size(then)):
             return min(trial, then, key=size)
-        trial = then
+        trial, best = then, min(best, then, key=size)
     raise RuntimeError("the contacts of the box did not come to balance")

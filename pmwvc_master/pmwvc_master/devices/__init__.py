@@ -20,7 +20,7 @@ from typing import Any, Literal, Protocol, TypeAlias
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.frame import STALE_NS, DeviceSample
 from pmwvc_core.master.count_bound import count_bound
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import AXES, Value
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams, TaskParams
 from pmwvc_core.params.behind import scaled
 from pmwvc_core.plugins import PluginGroup
@@ -52,7 +52,7 @@ class DeviceInfo:
     hand_force_known: bool = False
     axes: str = ""  # of the device along x, y, z of the world, like "y -x z"; empty: the same
     buttons: int = 0
-    max_torque: float | None = None  # [N m] peak
+    max_torque: float | None = None  # [N m] peak; 0: of six axes only forces are rendered
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,17 +111,18 @@ PLUGINS = PluginGroup(
 SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction minds
 POSITIVE = ("max_force", "continuous_force", "max_torque", "apparent_mass", "workspace_m",
             "encoder_step_m")  # fmt: skip
+NO_TORQUE = "max_torque", 0.0
 
 
 def limits_of(info: DeviceInfo, safety: SafetyParams, lever_m: float = math.inf) -> SafetyParams:
     """Return the safety limits within what the device declares; DeviceError if that cannot be."""
     for name in POSITIVE:
         value = getattr(info, name)
-        if value is not None and not 0.0 < value < math.inf:
+        if value is not None and not 0.0 < value < math.inf and (name, value) != NO_TORQUE:
             raise DeviceError(f"{info.model}: declares {name} = {value!r}: must be > 0 or None")
     peak = info.max_force or info.continuous_force or math.inf
     safety = dataclasses.replace(safety, max_force=min(safety.max_force, peak))
-    if info.max_torque is None:
+    if not info.max_torque:
         return safety
     torque = min(safety.torque_n_m(lever_m), info.max_torque)
     return dataclasses.replace(safety, max_torque=torque)
@@ -129,7 +130,7 @@ def limits_of(info: DeviceInfo, safety: SafetyParams, lever_m: float = math.inf)
 
 def warnings_of_device(
     info: DeviceInfo, master: MasterParams, device: DeviceParams, *, force_n: float, waves: bool,
-    strict: bool,
+    strict: bool, torque_n_m: float,
 ) -> Iterator[str]:  # fmt: skip
     """Yield what a user should know of a device before a hand is on it.
 
@@ -141,6 +142,9 @@ def warnings_of_device(
     if lasting is not None and force_n > lasting:
         text = "hold less, or lower safety.max_force"
         yield f"safety.max_force = {force_n:g} N: the device holds {lasting:g} N for long; {text}"
+    if info.dof == AXES and info.max_torque is None and torque_n_m and not device.is_simulated:
+        text = "the device declares no max_torque; set what its motors hold"
+        yield f"safety.max_torque = {torque_n_m:g} N m, max_force at the lever: {text}"
     if waves and mass is not None:
         impedance = largest(impedance_of(master))
         ratio = impedance * device.scale**2 * master.tick_s / mass

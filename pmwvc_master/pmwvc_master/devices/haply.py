@@ -8,9 +8,9 @@ The rendered damping b, held for a tick T on a mass m, acts on the velocity of t
     v[k+1] = v[k] - r v[k-1],   r = b T/m:   overshoots from r = 1/4, unstable from 1 (not 2).
 
 Of the answers that wait the newest counts; ``measured_ns`` is the tick of its message. A slow
-service gets fewer forces, not older ones. Without an answer for a second, or a connection, it is
-called again every second; samples are invalid meanwhile. Service 3.5 takes a force as ``vector``,
-3.1 as ``values``; only 3.5 reports basis, mount and filters first. Axes: x right, y forward, z up.
+service gets fewer forces, not older ones. One that is gone, or behind for a second (messages may
+have had no answer), is called again; samples are invalid meanwhile. Service 3.5 takes forces as
+``vector``, 3.1 as ``values``, and only 3.5 reports filters. Its axes: x right, y forward, z up.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ CALL_NS = 1_000_000_000  # between calls; and without an answer for so long the 
 MOST_ASKED = 2  # messages without an answer: the newest, and one that is late
 NEW_IN_3_5 = {"basis", "mount", "filters"}
 PLANT = ("gravity_compensation", "torque_scaling", "home_return", "preset", *sorted(NEW_IN_3_5))
-NO_STATE = (ValueError, LookupError, TypeError, AttributeError)
+NO_STATE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 MOTION, START = ("position", "velocity"), "start the Haply Hub or haply-inverse-service"
 
 
@@ -64,7 +64,7 @@ class HaplyDevice(VendorDevice):
         self._link: InverseLink | None = None
         self._id, self._form = self._params.device_id, ""  # of a force; empty: not known yet
         self._asked: deque[int] = deque()  # ticks [ns] of messages without an answer
-        self._due_ns = self._call_ns = 0
+        self._due_ns = self._call_ns = 0  # next call, if the service does not keep up
 
     def open(self) -> None:
         """Call the service, choose the device, check that its state can be used."""
@@ -74,7 +74,7 @@ class HaplyDevice(VendorDevice):
             self._meet(first_of(self._link))
             self.write(self._zero)
             state = first_of(self._link)
-        except (LinkLost, OSError) as error:
+        except (LinkLost, OSError, UnicodeError) as error:
             raise DeviceError(f"{self._where}: {error}; {START}") from error
         self._accept(state, self._asked.popleft())
         if not self._sample.valid:
@@ -95,14 +95,15 @@ class HaplyDevice(VendorDevice):
     def _meet(self, snapshot: bytes) -> None:
         """Choose the device from the first message of a connection, which has all settings."""
         try:
-            there = devices_of(json.loads(snapshot))
+            found = devices_of(json.loads(snapshot))
+            there = {each: dict(found[each].get("config") or {}) for each in found}
         except NO_STATE:
             raise LinkLost("what answers is no Inverse Service") from None
         if self._id not in there and (self._id or len(there) != 1):
             text = f"must be one of {', '.join(there) or 'none; plug it in and switch it on'}"
             raise DeviceError(f"haply.device_id = {self._id!r}: {text}")
         self._id = self._id or next(iter(there))
-        config: dict[str, Any] = there[self._id].get("config") or {}
+        config: dict[str, Any] = there[self._id]
         self._take(config.get("type", next(iter(self._profile.types), "")), self._id)
         self._form = "vector" if NEW_IN_3_5 & set(config) else "values"
         centred = "centered" in str(config.get("preset", ""))
@@ -134,13 +135,13 @@ class HaplyDevice(VendorDevice):
                 newest = message, self._asked.popleft()
         if newest is not None:
             self._accept(*newest)
-        elif not self._form and self._due_ns >= self._call_ns:
-            raise LinkLost("no answer to the call")
-        elif self._asked:
-            silent_ns = self._due_ns - self._asked[0]
-            self._sample.valid &= silent_ns <= STALE_NS
-            if silent_ns > CALL_NS:
-                raise LinkLost(f"no answer for {CALL_NS * 1e-9:g} s")
+        oldest_ns = self._asked[0] if self._asked else self._due_ns
+        if self._form and self._due_ns - oldest_ns <= STALE_NS:
+            self._call_ns = oldest_ns + CALL_NS
+        elif self._due_ns >= self._call_ns:
+            raise LinkLost(f"no answer in time for {CALL_NS * 1e-9:g} s")
+        else:
+            self._sample.valid = False
 
     def _lose(self, link: InverseLink, error: Exception) -> None:
         """Let go of the connection, and call again later."""
@@ -206,4 +207,4 @@ def first_of(link: InverseLink) -> bytes:
 
 def devices_of(message: Any) -> dict[str, dict[str, Any]]:
     """Return the devices of a message by id; one of ``NO_STATE`` where it is none."""
-    return {each["device_id"]: each for each in message.get("inverse3", [])}
+    return {str(each["device_id"]): each for each in message.get("inverse3", [])}

@@ -15,7 +15,7 @@ from websockets.exceptions import WebSocketException
 from websockets.frames import Frame, Opcode
 from websockets.uri import WebSocketURI
 
-READ = 1 << 16
+READ, MOST = 1 << 16, 1000  # bytes at once; messages, of a second
 
 
 class LinkLost(Exception):
@@ -44,12 +44,12 @@ class InverseLink:
         self._flush()
 
     def take(self, wait_s: float = 0.0) -> list[bytes]:
-        """Return all messages that wait; wait for the first of them at most ``wait_s``."""
+        """Return all messages that wait, a second's at most; for the first one wait ``wait_s``."""
         messages: list[bytes] = []
         with contextlib.suppress(BlockingIOError):
             self._flush()
             select.select([self._socket], [], [], wait_s)
-            while True:
+            while len(messages) < MOST:
                 messages += self._received()
         return messages
 

@@ -56,9 +56,8 @@ class LerobotDevice(ThreadedDevice):
     def __init__(self, setup: DeviceSetup, params: LerobotParams | None = None) -> None:
         super().__init__("lerobot", setup, LerobotParams, params)
         with refused(f"joints of {self._params.model}", DeviceError):
-            rows: list[Any] = list(self._profile.joints)
-            self._joints = [(n, +a, +b, +c, +d, +e) for n, a, b, c, d, e in rows]
-            self._names = [str(name) for name, *_ in rows]
+            self._joints = [(n, +a, +b, +c, +d, +e) for n, a, b, c, d, e in self._profile.joints]
+            self._names = [str(name) for name, *_ in self._joints]
             self._keys = [f"{name}.{self._params.feedback}" for name in self._names]
         self._arm: Any = None
         self._ended, self._thread = threading.Event(), threading.Thread(target=self._serve)
@@ -96,7 +95,7 @@ class LerobotDevice(ThreadedDevice):
         before = self._newest or Measurement(0, x.tolist(), ORIGIN)
         xd = (x - before.x) / ((now_ns - before.at_ns) * 1e-9)
         self._newest = Measurement(now_ns, x.tolist(), xd.tolist())
-        self._push(jacobian.T @ self._force(now_ns))
+        self._push(np.nan_to_num(jacobian.T @ self._force(now_ns)))  # no force of no number
 
     def _push(self, torques: Array) -> None:
         self._arm.send_feedback(dict(zip(self._keys, torques.tolist(), strict=True)))

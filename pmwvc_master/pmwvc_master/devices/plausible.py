@@ -23,7 +23,7 @@ REACH = 1.01  # of the workspace: a stop gives way a little
 FAR, FARTHEST_M = 3.0, 1.0  # times the workspace; where it is not known
 BLOCK_NS, SECOND_NS = 20_000_000, 1_000_000_000
 MOVED_M2 = 50 * 0.0003**2  # sum of D . D of a second in which something moved
-OFF, SPAN = 2.0, 5  # ratio from which, or its inverse, velocities are estimated; of samples
+OFF, SPAN = 1.9, 5  # ratio from which, or its inverse, velocities are estimated; of samples
 
 
 class Slope:

@@ -113,8 +113,7 @@ class RosTopicDevice:
         self._zero = value((0.0,) * setup.dof)
         start = value((setup.start_m, *(0.0,) * (setup.dof - 1)))
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)
-        self._pose_ns: int | None = None
-        self._stamp_ns = 0
+        self._stamp_ns = -2 * STALE_NS  # before any: the first pose gives no velocity
         self._twist_ns: int | None = None
 
     def open(self) -> None:
@@ -145,13 +144,11 @@ class RosTopicDevice:
         sample = self._sample
         if self._twist_ns is None or now_ns - self._twist_ns > STALE_NS:
             span_ns = stamp_ns - self._stamp_ns
-            if self._pose_ns is None:  # the first pose gives no velocity
-                sample.xd = self._zero
-            elif 0 < span_ns <= STALE_NS:
+            if 0 < span_ns <= STALE_NS:
                 sample.xd = (x - sample.x) / (span_ns * 1e-9)
             elif span_ns:
                 sample.xd = self._zero
-        sample.x, self._pose_ns, self._stamp_ns = x, now_ns, stamp_ns
+        sample.x, self._stamp_ns = x, stamp_ns
         sample.orientation = self._turn.orientation
         sample.valid = sample.fresh = True
 

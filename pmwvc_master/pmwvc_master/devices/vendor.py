@@ -53,7 +53,7 @@ class VendorDevice(HapticDevice):
         self.info = DeviceInfo(
             p.model, len(zero), known.max_force_n, known.continuous_force_n,
             known.apparent_mass_kg, None, known.workspace_m, known.encoder_step_m, "estimated",
-            axes=self.axes, buttons=self.buttons, max_torque=known.max_torque_n_m,
+            axes=self.axes, buttons=self.buttons, max_torque=known.max_torque_n_m or 0.0,
         )  # fmt: skip
         self._sample = DeviceSample(zero, zero, zero, valid=False)
 
