@@ -54,7 +54,7 @@ sessions = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(session=sessions)
 def test_no_port_gives_out_energy_where_avatars_slide_and_users_come_and_go(session):
     rng = np.random.default_rng(session["seed"])
