@@ -68,8 +68,9 @@ def test_the_grip_holds_behind_a_coarse_encoder(impedance):
 def test_a_force_of_the_difference_quotient_loses_the_grip(monkeypatch):
     """The control."""
     alter_laws(monkeypatch, port__strict_master__counts=as_measured)
-    force_n, apart_m = held(simulate_one(carry(*COARSE)))
-    assert force_n < 0.5 * held(simulated(carry()))[0]
+    setting = "master.impedance=50"
+    force_n, apart_m = held(simulate_one(carry(setting, *COARSE)))
+    assert force_n < 0.5 * held(simulated(carry(setting)))[0]
     assert apart_m > 5e-3
 
 

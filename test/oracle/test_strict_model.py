@@ -167,7 +167,7 @@ def test_the_model_of_the_plain_channel_does_not_agree(unbound):
 
 
 def test_strict_renders_no_softer_than_plain_at_any_constant_delay():
-    for delay_s in (0.0, 0.008, 0.016, 0.06):
+    for delay_s in (0.0, 0.016, 0.06):
         stiffness = {}
         for channel in ("plain", "strict"):
             texts = [f"channel={channel}", f"link.delay_s={delay_s}"]
