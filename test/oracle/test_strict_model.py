@@ -173,4 +173,4 @@ def test_strict_renders_no_softer_than_plain_at_any_constant_delay():
             texts = [f"channel={channel}", f"link.delay_s={delay_s}"]
             scenario = files.load("carry_16ms", settings_texts=texts)
             lags_s[channel] = lag_s(scenario.users[0], scenario, live=False)
-        assert lags_s["strict"] <= lags_s["plain"]
+        assert lags_s["strict"] <= lags_s["plain"] * (1.0 + 1e-12)
