@@ -9,7 +9,7 @@ from reproduction.scenarios import scenario, wall
 from reproduction.simulated_width import decays, simulated_z_width
 from reproduction.single_user import z_width
 
-DAMPING = [0.0, 7.0, 30.0]
+DAMPING = [0.0, 7.0]
 STEP = 7.8125  # N/m
 
 LATE = {"server__coupling": "one_step_delay", "server__integrator": "backward_euler"}
@@ -29,11 +29,10 @@ def wall_of(case):
 def test_sessions_lose_stability_where_the_exact_model_does(case):
     of = wall_of(case)
     limits = [limit.first for limit in z_width(of, DAMPING)]
-    assert limits[0] > STEP and limits[1] > STEP  # with much damping there may be none
     for b, limit in zip(DAMPING, limits, strict=True):
         below, above = limit - STEP, limit + STEP
-        if below > 0.0:
-            assert simulated_z_width(of, b, highest=below, parts=1, rounds=1) == (below, None)
+        assert below > 0.0
+        assert simulated_z_width(of, b, highest=below, parts=1, rounds=1) == (below, None)
         assert simulated_z_width(of, b, highest=above, parts=1, rounds=1) == (0.0, above)
 
 
