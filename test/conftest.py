@@ -37,8 +37,8 @@ sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPR
 # What a shell puts in the background ignores interrupts, and so would all that the tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Half of hypothesis' own number: the properties run with every change.
-settings.register_profile("local", deadline=None, max_examples=50)
+# A quarter of hypothesis' own number: the properties run with every change.
+settings.register_profile("local", deadline=None, max_examples=25)
 settings.register_profile("ci", settings.get_profile("local"), derandomize=True, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
 

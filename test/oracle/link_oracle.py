@@ -32,11 +32,6 @@ class Numbers:
         ]
         return np.concatenate(blocks)[: self.count]
 
-    def of_copy(self, name, packet, place=0):
-        """Return a number of the extra copy of one packet."""
-        key = (*self.seed, zlib.crc32(name.encode()), packet + 1, 1)
-        return np.random.default_rng(key).random(place + 1)[place]
-
 
 def chained(u, rho):
     """Return evenly spread numbers of a Gaussian chain of correlation rho."""

@@ -98,7 +98,7 @@ def whole_chunks(data):
     return ends
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(share=st.floats(0.0, 1.0))
 def test_a_file_cut_anywhere_gives_back_every_whole_chunk(data, share):
     size = round(share * (len(data) - 1))
@@ -116,7 +116,7 @@ def end_of_data(data):
     return at
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(share=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 def test_a_changed_bit_of_the_data_is_found_and_gives_back_no_wrong_message(data, share, bit):
     originals, sound = read(data)
@@ -130,7 +130,7 @@ def test_a_changed_bit_of_the_data_is_found_and_gives_back_no_wrong_message(data
         assert found == originals[: len(found)]
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(garbage=st.binary(max_size=400))
 def test_garbage_behind_a_magic_does_no_harm(garbage):
     assert not read(MAGIC + garbage)[1].whole

@@ -82,9 +82,6 @@ def test_on_arrays_the_filter_is_sosfilt_bit_by_bit(params, u):
     np.testing.assert_allclose(ours, scipys, rtol=ROUNDING, atol=ROUNDING * np.abs(u).max())
 
 
-# --- aliasing: App. A -----------------------------------------------------------------------
-
-
 # --- delayed first-order hold: App. B Eq. 43-54 ---------------------------------------------
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Golden traces: every session of :mod:`support.golden_sessions` gives the numbers it gave when it
 was recorded, at 1e-12 (those named there as sensitive: at 1e-11 to 1e-9). A difference that a
-mended defect explains is recorded anew: ``python test/support/golden.py --write NAME``.
+mended defect explains is recorded anew: ``python test/support/golden.py NAME``.
 
 All were recorded step by step. Of the two numbers of axes of a session one is stepped again, the
 other run by the loop of many sessions, with the laws as they are written.

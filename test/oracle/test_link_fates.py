@@ -8,10 +8,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from oracle import link_oracle
-from scipy import stats
 
 from pmwvc_core.network.distributions import drawn
 from pmwvc_core.network.draws import gilbert_loss
@@ -19,6 +18,7 @@ from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.network.link import Link
 from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.network.queues import KEPT_NS
 from pmwvc_core.params import LinkParams
 
 PACKETS, PERIOD_NS, START_NS = 10_000, 8_000_000, 5_000_000_000
@@ -145,27 +145,10 @@ any_settings = st.builds(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(params=any_settings, seed=st.integers(0, 2**31), gaps=gaps_ns)
 def test_fates_under_any_settings_are_those_of_the_oracle(params, seed, gaps):
     time_ns = START_NS + np.cumsum(np.array([0, *gaps], dtype=np.int64))
-    fates, copies = driven(params, (seed, 1, 1), time_ns)
-    assert_as_computed(fates, copies, link_oracle.fates(params, (seed, 1, 1), time_ns))
-
-
-def lag_one(values):
-    steps = np.asarray(values, dtype=float) - np.mean(values)
-    return (steps[1:] * steps[:-1]).mean() / steps.var()
-
-
-@pytest.mark.parametrize("rho", [0.25, 0.75])
-def test_correlated_jitter_keeps_its_distribution_and_has_its_correlation(rho):
-    settings = {"delay_s": 0.05, "jitter_s": 0.01, "jitter_correlation": rho, "keep_order": False}
-    longer = np.sqrt((1.0 + rho) / (1.0 - rho))  # of standard errors, by the chain
-    for jitter, related in (("normal", rho), ("uniform", 6.0 / np.pi * np.arcsin(rho / 2.0))):
-        fates, _ = driven(LinkParams(jitter=jitter, **settings), SEED, times_ns())
-        delays = arrays(fates)[2] * 1e-9
-        law = stats.norm(0.05, 0.01) if jitter == "normal" else stats.uniform(0.04, 0.02)
-        assert stats.kstest(delays, law.cdf).statistic < 1.95 * longer / np.sqrt(PACKETS)
-        assert abs(lag_one(delays) - related) < 4.0 / np.sqrt(PACKETS)
-        assert abs(delays.std() - law.std()) < ERRORS * longer * law.std() / np.sqrt(PACKETS)
+    wanted = link_oracle.fates(params, (seed, 1, 1), time_ns)
+    assume(wanted.due_ns.max() - START_NS < KEPT_NS)  # longer than any delay
+    assert_as_computed(*driven(params, (seed, 1, 1), time_ns), wanted)

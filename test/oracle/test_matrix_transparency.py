@@ -7,6 +7,7 @@ the simulator under forces along all axes, and the principal axes, each with a n
 import numpy as np
 import pytest
 from support import linear_loops
+from support.strategies import text_of
 
 from pmwvc_analysis.models import linearize
 from pmwvc_analysis.models.any_delay import any_delay
@@ -19,10 +20,6 @@ from pmwvc_analysis.transparency.transparency import transparency
 TURN = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
 EIGENVALUES = (30.0, 12.0)
 HERTZ = np.array([0.3, 2.0, 7.0, 19.0, 61.0])
-
-
-def text_of(matrix):
-    return "; ".join(" ".join(repr(float(value)) for value in row) for row in matrix)
 
 
 MATRIX = text_of(TURN @ np.diag(EIGENVALUES) @ TURN.T)

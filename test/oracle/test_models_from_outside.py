@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import pytest
 from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 from oracle.test_multirate_model import bounded, compare, scenarios
 from support import linear_loops
 from support.lab import offer, source_of
@@ -173,24 +174,15 @@ def with_(scenario, *, controller="pmwvc", coupling=None):
     return dataclasses.replace(scenario, controller=controller, server=server)
 
 
-@settings(max_examples=4, deadline=None)
-@given(scenarios())
-def test_the_model_of_a_controller_does_what_the_simulator_does(scenario):
-    assume(scenario.controller == "pmwvc")
-    soft = with_(scenario, controller="soft")
-    model = build(soft)
+@settings(max_examples=8, deadline=None)
+@given(scenarios(), st.sampled_from([{"controller": "soft"}, {"coupling": "averaged"}]))
+def test_the_model_of_code_from_outside_does_what_the_simulator_does(scenario, parts):
+    black_box = scenario.coupling.black_box and "coupling" in parts
+    assume(scenario.controller == "pmwvc" and not black_box)
+    other = with_(scenario, **parts)
+    model = build(other)
     assume(bounded(model))
-    assert compare(soft, model=model) < 1e-9
-
-
-@settings(max_examples=4, deadline=None)
-@given(scenarios())
-def test_the_model_of_a_coupling_does_what_the_simulator_does(scenario):
-    assume(scenario.controller == "pmwvc" and not scenario.coupling.black_box)
-    averaged = with_(scenario, coupling="averaged")
-    model = build(averaged)
-    assume(bounded(model))
-    assert compare(averaged, model=model) < 1e-9
+    assert compare(other, model=model) < 1e-9
 
 
 def test_a_coupling_is_tried_where_the_impedance_follows_contact():
@@ -207,31 +199,20 @@ def test_the_models_are_their_own_and_not_those_of_the_library():
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"),
+    ("part", "name", "reason"),
     [
-        ("hidden", "superposition does not hold for user1"),
-        ("dead", "superposition does not hold for user1"),
-        ("branching", "superposition does not hold for user1"),
+        ("controller", "hidden", "superposition does not hold for user1"),
+        ("controller", "dead", "superposition does not hold for user1"),
+        ("controller", "branching", "superposition does not hold for user1"),
+        ("coupling", "remembering", "superposition does not hold for server"),
+        ("coupling", "failing", "coupling = failing: not perturbed: ZeroDivisionError: no mass"),
     ],
 )
-def test_an_end_whose_model_would_be_wrong_has_none(name, reason):
-    scenario = with_(linear_loops.scenario(link__delay_s=0.008), controller=name)
+def test_what_would_have_a_wrong_model_has_none(part, name, reason):
+    scenario = with_(linear_loops.scenario(link__delay_s=0.008), **{part: name})
     with pytest.raises(NonlinearError, match=reason):
         stability.radii(scenario)
     assert not any("Stable:" in line for line in prediction_text.lines(scenario, live=False))
-
-
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [
-        ("remembering", "superposition does not hold for server"),
-        ("failing", "coupling = failing: not perturbed: ZeroDivisionError: no mass"),
-    ],
-)
-def test_a_coupling_whose_model_would_be_wrong_has_none(name, reason):
-    scenario = with_(linear_loops.scenario(link__delay_s=0.008), coupling=name)
-    with pytest.raises(NonlinearError, match=reason):
-        stability.radii(scenario)
 
 
 def test_a_law_may_name_the_modules_of_the_library():

@@ -50,9 +50,9 @@ def replay_of(folder, scenario, **options):
     return replay(read_session(folder), read_scenario(folder), scenario, **options)
 
 
-@pytest.mark.parametrize("hand", ["operator", "force"])
-def test_a_replay_without_changes_is_the_recorded_session(recorded, hand):
-    result = replay_of(recorded, read_scenario(recorded), hand=hand)
+def test_a_replay_of_the_recorded_force_is_the_recorded_session(recorded):
+    """With the hand's own law: ``property/test_recordings.py``."""
+    result = replay_of(recorded, read_scenario(recorded), hand="force")
     for one, other in zip(result.recorded.users, result.replayed.users, strict=True):
         assert np.abs(one.f_applied).max() > 0.5  # something was there to reproduce
         for name in SIGNALS:

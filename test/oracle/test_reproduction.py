@@ -10,10 +10,13 @@ import json
 from pathlib import Path
 
 import pytest
+from support.plain import load
 
 from reproduction import pages
 from reproduction.claim import Claim, verdict
 from reproduction.compensation import largest_stiffness
+from reproduction.files import read
+from reproduction.position_drift import HANDS, LINKS, MODEL
 from reproduction.registry import FIGURES
 from reproduction.scenarios import scenario
 from reproduction.simulated_width import simulated_z_width
@@ -81,6 +84,21 @@ def test_the_pages_are_written_from_the_committed_results():
     index = (FOLDER / "README.md").read_text("utf-8")
     assert index == pages.index_page(), "make figures"
     assert all(f"]({name}.svg)" in index for name in FIGURES)
+    drift = (FOLDER / "position_drift.md").read_text("utf-8")
+    assert drift == pages.drift_page(FOLDER), "make figures"
+
+
+def test_the_page_on_drift_is_of_carry_16ms_and_over_a_minute_its_numbers_are_the_same():
+    given = load("carry_16ms").flat()
+    assert {name: given[f"operator.{name}"] for name in HANDS} == HANDS
+    assert given["safety.max_force"] == MODEL["safety.max_force"]
+    assert given["link.up.delay_s"] == given["link.down.delay_s"] == MODEL["link.delay_s"]
+    assert (given["task.kind"], given["users"]) == ("carry", 2)
+    found = read("position_drift", FOLDER)["numbers"]
+    for link in LINKS:
+        assert found[f"least_balance_mj_{link}_printed"] < -1.0
+        for paid in ("budgeted", "integral"):
+            assert found[f"least_balance_mj_{link}_{paid}"] >= -1e-3
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Motions of the exact model that are no instability: translations, and all going on together."""
+"""Motions of the exact model that are no instability: translations, and all going on together.
+That they are those of the simulator: ``test_multirate_model.py``.
+"""
 
 import numpy as np
 import pytest
@@ -8,7 +10,6 @@ from support import linear_loops
 
 from pmwvc_analysis.models.linearize import Linear, build, spectral_radius
 from pmwvc_analysis.models.loop import loop_of
-from pmwvc_analysis.models.response import unnumbered
 
 RIGID = [
     ({}, 4),  # two devices and the cube each somewhere else, and all moving on
@@ -72,39 +73,3 @@ def test_the_published_position_feedback_drives_a_free_cube():
     assert spectral_radius(build(tied(link__delay_s=0.008))) > 1.0 + 1e-5
     at_a_wall = tied(link__delay_s=0.008, server__environment="wall")
     assert spectral_radius(build(at_a_wall)) < 1.0
-
-
-@pytest.mark.parametrize("controller", ["pmwvc", "direct"])
-@pytest.mark.parametrize("live", [False, True])
-def test_a_uniform_motion_goes_on(controller, live):
-    scenario = linear_loops.scenario(
-        controller=controller,
-        user1__link__up__delay_s=0.008,
-        user2__link__down__delay_s=0.013,
-        user1__server__impedance=14.0,
-        master__filter__kind="butterworth",
-        master__filter__pole_rad_s=None,
-        master__filter__stop_hz=50.0,
-        device__velocity="euler",
-    )
-    linear = Linear(loop_of(scenario, live=live))
-    names = list(map(unnumbered, linear.states))
-    of = {"period_s": linear.ticks * scenario.tick_s}
-    drift = going_on(linear, names.index("server.environment.body.xd"))
-    rest = linear.matrices[0] @ drift - drift
-    under_way = [name.startswith("packet under way") for name in names]
-    positions = [name.endswith((".x", ".deflection")) for name in names]
-    assert np.abs(rest[~np.logical_or(positions, under_way)]).max() < 1e-12
-    moved = rest[names.index("server.environment.body.x")]
-    assert moved == pytest.approx(of["period_s"] * 1.0)
-    if controller == "direct":  # all by the same
-        together = [n.endswith(".x") for n in names]
-        np.testing.assert_allclose(rest[together], moved, atol=1e-12)
-
-
-def going_on(linear, velocity):
-    """Return the motion in which one velocity is 1 that is a translation of A by translations."""
-    moves = linear.matrices[0] - np.eye(len(linear.states))
-    _, _, rows = np.linalg.svd(moves @ moves)
-    motions = rows[len(rows) - int(linear.quotient[1][0]) :]
-    return motions.T @ np.linalg.pinv(motions[:, velocity][np.newaxis])[:, 0]

@@ -87,8 +87,9 @@ def test_a_scaled_device_moves_as_one_behind_a_lever(settings, scale):
         found = getattr(traces.users[0], name)
         np.testing.assert_allclose(found, getattr(expected, name), atol=1e-6 * largest, rtol=0)
         assert largest > 0.0
-    [plain] = simulate([scenario])
-    assert np.abs(plain.users[0].x_m - expected.x_m).max() > 1e-3  # the control
+    if not settings:  # the control
+        [plain] = simulate([scenario])
+        assert np.abs(plain.users[0].x_m - expected.x_m).max() > 1e-3
 
 
 def test_limits_are_those_of_the_devices_own_force():

@@ -88,8 +88,7 @@ def test_equation_14_as_published_is_far_from_its_own_figure(monkeypatch):
     plugins.imported.cache_clear()
 
 
-@pytest.mark.parametrize("hold", ["zoh", "foh"])
-@pytest.mark.parametrize("delay_s", [0.0, 0.024, 0.4])
+@pytest.mark.parametrize(("hold", "delay_s"), [("zoh", 0.0), ("foh", 0.024), ("zoh", 0.4)])
 def test_the_implicit_coupling_has_no_largest_stiffness(hold, delay_s):
     scenario = linear_loops.scenario(master__hold=hold, link__delay_s=delay_s)
     assert k_max(scenario, bound=1e7).first is None

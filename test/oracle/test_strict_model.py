@@ -24,7 +24,6 @@ from pmwvc_analysis.models.matrices import made_once
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.models.variation import settled_pace
 from pmwvc_analysis.prediction.lag import lag_s
-from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.law.channel.pace import NEW
 from pmwvc_core.law.channel.playout import add
@@ -167,15 +166,11 @@ def test_the_model_of_the_plain_channel_does_not_agree(unbound):
 
 
 def test_strict_renders_no_softer_than_plain_at_any_constant_delay():
+    """By the lags, which ``test_rendered_stiffness.py`` holds against the exact model."""
     for delay_s in (0.0, 0.008, 0.016, 0.06):
-        stiffness = {}
+        lags_s = {}
         for channel in ("plain", "strict"):
             texts = [f"channel={channel}", f"link.delay_s={delay_s}"]
             scenario = files.load("carry_16ms", settings_texts=texts)
-            answer = transparency(scenario)
-            stiffness[channel] = answer.rendered.k_felt
-            tau = lag_s(scenario.users[0], scenario, live=False)
-            assert answer.rendered.k_felt == pytest.approx(
-                1.0 / (1.0 / 500.0 + tau / 50.0), rel=1e-3
-            )
-        assert stiffness["strict"] >= stiffness["plain"]
+            lags_s[channel] = lag_s(scenario.users[0], scenario, live=False)
+        assert lags_s["strict"] <= lags_s["plain"] * (1.0 + 1e-12)

@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import yaml
+from project.test_imports import imports_of
 
 from pmwvc_bringup.cli import build_parser
 
@@ -32,8 +33,8 @@ def declared(requirements):
 def test_the_wheel_declares_what_its_packages_import():
     files = [file for name in WHEEL for file in (ROOT / name / name).rglob("*.py")]
     text = "\n".join(file.read_text("utf-8") for file in files)
-    lines = re.findall(r"^ *(?:import|from) ([A-Za-z]\w+)(?:[. ].*import|$)", text, re.MULTILINE)
-    used = {name for name in lines if not name.startswith("pmwvc")} - sys.stdlib_module_names
+    names = {name.split(".")[0] for file in files for name in imports_of(file)}
+    used = {name for name in names if not name.startswith("pmwvc")} - sys.stdlib_module_names
     assert declared(PROJECT["project"]["dependencies"]) == used - ROS - OPTIONAL
     by_name = set(re.findall(r'import_module\("(\w+)"\)', text))
     extras = PROJECT["project"]["optional-dependencies"].values()

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The packages are what an installed ROS 2 expects of them."""
 
-import ast
 import configparser
 import importlib
 import re
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from catkin_pkg.package import Package, parse_package
+from project.test_imports import imports_of
 
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = {
@@ -55,15 +55,8 @@ def manifest(name: str) -> Package:
 
 def imports(folder: Path) -> set[str]:
     """Return the top-level names that the Python files below a folder import."""
-    names = set()
-    for file in folder.rglob("*.py"):
-        if file.name == "setup.py":
-            continue
-        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-            if isinstance(node, ast.Import):
-                names |= {alias.name.split(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and not node.level:
-                names.add(node.module.split(".")[0])
+    files = [file for file in folder.rglob("*.py") if file.name != "setup.py"]
+    names = {name.split(".")[0] for file in files for name in imports_of(file)}
     return names - set(sys.stdlib_module_names)
 
 

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from support.linear_loops import scenario
+from support.strategies import text_of
 
 from pmwvc_analysis.models.any_delay import any_delay
 from pmwvc_analysis.models.linearize import ROUNDING
@@ -183,5 +184,4 @@ def test_nothing_proved_for_impedance_matrices_is_unstable_at_any_delay():
 def turned(angle, *values):
     """The text of a matrix with these eigenvalues."""
     axes = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    matrix = (axes * values) @ axes.T
-    return "; ".join(" ".join(f"{entry:.17g}" for entry in row) for row in matrix)
+    return text_of((axes * values) @ axes.T)

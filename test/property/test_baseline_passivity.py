@@ -60,7 +60,7 @@ def least(link, frames=125, *, hz=10.0, amplitude=0.01):
     return min(found), found[-1]
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(seeds, networks, stiffnesses, st.floats(0.0, 1.0), st.one_of(st.none(), st.just(1.0)))
 def test_observers_never_give_out_more_than_they_took_in(seed, network, stiffness, drift, most):
     """What safety takes away is not counted as given."""
@@ -127,7 +127,7 @@ def test_work_is_that_of_the_force_held_over_its_own_way(seed, step_m):
     assert abs(booked - early) > 1e-6
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(seeds, networks, stiffnesses, st.floats(100.0, 3000.0), st.floats(0.0, 0.05), st.booleans())
 def test_no_tank_gives_out_more_than_it_had_took_in_and_received(
     seed, network, contact, stiffness, initial, changed

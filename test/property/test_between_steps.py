@@ -80,7 +80,7 @@ def drawn(b, light, damped):
     return mass, damped * mass / TICK_S
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @example(b=60.0, light=1.0, damped=1.0, most_n=np.inf, seed=1)
 @given(**sessions, most_n=st.sampled_from([np.inf, 8.0, 0.5]))
 def test_the_hand_never_gets_more_than_it_gave_at_any_tick(b, light, damped, most_n, seed):

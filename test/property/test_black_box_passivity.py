@@ -76,7 +76,7 @@ any_seed = st.integers(0, 2**32 - 1)
 memories = st.sampled_from([0.0, 0.9, 0.99])
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @example(  # comes in inside a soft body
     environment="hunt_crossley",
     paying=("corrected", "late"),
@@ -151,7 +151,7 @@ def test_as_published_a_port_that_is_passive_untreated_injects_joules():
     np.testing.assert_allclose(left["ledger"], left["none"], rtol=1e-12, atol=1e-12)
 
 
-@settings(max_examples=25)
+@settings(max_examples=20)
 @example(b=5.0, share=0.6, fill=0.875, decoding="secant", memory=0.9, seed=25)  # first it trembled
 @given(
     b=st.floats(5.0, 100.0),

@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Boxes that are no cubes: free spin, table, sides, and the contacts that they show."""
+"""Boxes that are no cubes: free spin, table, sides, and the contacts that they show; and boxes in
+sessions.
+"""
 
 import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from property.test_box import SIDES, G, H, facing, squeezed
+from scipy.spatial.transform import Rotation
 
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.params import ContactParams, ServerParams
@@ -102,3 +105,22 @@ def test_a_recording_and_its_page_have_the_contacts_of_a_box_that_is_lifted():
         assert (np.diff(np.linalg.norm(now[:, 6:], axis=1)) <= 0.0).all()
     (shown,) = [each for each in samples(traces) if each.column == "contacts"]
     assert np.isfinite(shown.values[-1]).sum() == 6 * 6  # of three points on each side
+
+
+def test_hands_turn_a_box_over_a_network():
+    traces = simulate([load("turn", duration_s=6.0)])[0]
+    poses = {name: Rotation.from_quat(np.roll(rows[-1, 3:], -1)) for name, rows in
+             traces.server.poses.items()}  # fmt: skip
+    assert set(poses) == {"box", "user1", "user2"}
+    for turned in poses.values():
+        np.testing.assert_allclose(turned.as_rotvec(), [0.0, 0.0, 0.5], atol=0.03)
+    assert traces.server.poses["box"][-1, 2] > 0.02
+    for user in traces.users:
+        way = Rotation.identity()
+        for step in np.diff(user.x_m[:, 3:], axis=0, prepend=0.0):
+            way = Rotation.from_rotvec(step / ServerParams().lever_m) * way
+        up, down = (traces.packets[f"/{n}"].orientation[-1] for n in
+                    (f"{user.name}/wave_up", f"server/{user.name}/wave_down"))  # fmt: skip
+        for found in (up, user.orientation[-1]):
+            assert (Rotation.from_quat(found) * way.inv()).magnitude() < 1e-3
+        assert (Rotation.from_quat(down) * poses[user.name].inv()).magnitude() < 1e-9

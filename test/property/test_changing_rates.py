@@ -131,7 +131,7 @@ smooth = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=25)
+@settings(max_examples=20)
 @given(of=smooth)
 def test_a_deadband_costs_neither_energy_nor_displacement(of):
     rng, dof = np.random.default_rng(of["seed"]), of["dof"]

@@ -17,7 +17,7 @@ from pmwvc_core.simulation.session import simulate_one
 
 def instabilities(traces, scenario):
     """The instability found in the session as it would have been, had it ended at any time."""
-    ends_s = np.arange(0.9, traces.duration_s, 0.2)
+    ends_s = np.arange(0.9, traces.duration_s, 0.3)
     return {round(s, 1): verdict(until(traces, s), scenario).instability for s in ends_s}
 
 

@@ -1,21 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Box and scenes behind wave impedances that couple the axes of the world."""
+"""Scenes behind wave impedances that couple the axes of the world; a box: ``test_box.py``."""
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from property.test_box import H, box, matrix
 from scipy.spatial.transform import Rotation
+from support.scenes import loaded
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.params.server import BodyParams
-from pmwvc_core.scenes.body import Box
-from pmwvc_core.scenes.mujoco_scene import MujocoScene
-from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.params import ServerParams
 
-H, SIDES = 0.008, (-1, 1)
+LEVER_M = ServerParams().lever_m
 PLANE = (
     '<mujoco><option gravity="0 0 0" timestep="0.001"/><worldbody>'
     '<geom type="plane" size="0 0 1" zaxis="{:.17g} {:.17g} {:.17g}" friction="0 0 0"/>'
@@ -28,45 +26,8 @@ HANDLE = (
 )
 
 
-def matrix(rng, dof, least=4.0, most=60.0):
-    """Return any symmetric positive matrix with eigenvalues in a range."""
-    axes, _ = np.linalg.qr(rng.normal(size=(dof, dof)))
-    return (axes * rng.uniform(least, most, dof)) @ axes.T
-
-
-def box(dof):
-    server = ServerParams(
-        coupling="unknown", environment="body", object_mass=0.2, body=BodyParams(friction=0.8)
-    )
-    made = Box(EnvironmentSetup(dof, H, SIDES, server, (ContactParams(),) * 2))
-    for user, side in enumerate(SIDES):
-        made.join(user, np.eye(dof)[0] * side * 0.0301)
-    return made
-
-
-@settings(max_examples=12, deadline=None, phases=[Phase.generate])
-@given(seed=st.integers(0, 2**32 - 1), dof=st.sampled_from([3, 6]))
-def test_a_box_keeps_its_balance_behind_any_matrices(seed, dof):
-    """Stick, slip and impact. The control: by the matrices' diagonals it would not balance."""
-    rng, made = np.random.default_rng(seed), box(dof)
-    b = np.array([matrix(rng, dof) for _ in SIDES])
-    bias = np.array([np.eye(dof)[0] * -4.0 * side for side in SIDES])
-    amplitude, phase = rng.uniform(0.0, 6.0, (2, dof)), rng.uniform(0.0, 6.3, (2, dof))
-    given_j, by_diagonal_j, before_j, moved_j = 0.0, 0.0, made.energy, 0.0
-    for step in range(80):
-        drive = bias + amplitude * np.sin(10.0 * step * H + phase)
-        v = made.meet(drive, b, H)
-        power = np.sum((drive - np.einsum("uij,uj->ui", b, v)) * v, axis=1)
-        given_j += H * power.sum()
-        by_diagonal_j += H * np.sum((drive - np.einsum("uii,ui->ui", b, v)) * v)
-        moved_j += H * np.abs(power).sum()
-        inside_j = made.energy - before_j + made.heat_j
-        assert abs(given_j - inside_j) < 1e-13 * (1.0 + moved_j)
-    assert abs(by_diagonal_j - inside_j) > 1e-3 * moved_j
-
-
 def test_a_number_is_a_matrix_that_couples_nothing():
-    alone, coupled = box(6), box(6)
+    alone, coupled = box(), box()
     for step in range(60):
         drive = np.array([[4.0, 0.3 * np.sin(0.1 * step), 0.0, 0.2, 0.0, 0.1]] * 2)
         drive[1, 0] *= -1.0
@@ -79,8 +40,7 @@ def finger(folder, normal, b):
     """Return a scene of one finger on a smooth plane through the origin."""
     file = folder / "plane.xml"
     file.write_text(PLANE.format(*normal), "utf-8")
-    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file))
-    made = MujocoScene(EnvironmentSetup(3, H, (-1,), server, (ContactParams(),), None, (b,)))
+    made = loaded(file, (-1,), impedances=(b,))
     made.join(0, normal * 0.0102 + np.array([0.01, 0.0, 0.0]))
     return made
 
@@ -109,10 +69,9 @@ def test_a_finger_slides_on_a_plane_as_its_matrix_has_it(tmp_path_factory, seed)
 def test_a_ball_joint_resists_alike_about_all_axes(tmp_path):
     file = tmp_path / "plane.xml"
     file.write_text(PLANE.format(0.0, 0.0, 1.0), "utf-8")
-    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file))
     b = matrix(np.random.default_rng(1), 6)
     with pytest.raises(ParameterError, match="axes 4 to 6 have one number"):
-        MujocoScene(EnvironmentSetup(6, H, (-1,), server, (ContactParams(),), None, (b,)))
+        loaded(file, (-1,), 6, (b,))
 
 
 @settings(max_examples=10, deadline=None)
@@ -126,10 +85,7 @@ def test_a_handle_moves_along_the_axes_of_the_world_however_the_file_has_turned_
     file = tmp_path_factory.mktemp("handle") / "handle.xml"
     quat = " ".join(map(repr, start.as_quat(scalar_first=True).tolist()))
     file.write_text(HANDLE.format(quat), "utf-8")
-    server = ServerParams(
-        coupling="unknown", environment="mujoco", scene=str(file), handles="grip"
-    )
-    made = MujocoScene(EnvironmentSetup(dof, H, (-1,), server, (ContactParams(),), None, (b,)))
+    made = loaded(file, (-1,), dof, (b,), handles="grip")
     made.join(0, np.zeros(dof))
     before, drive = np.array(made.poses["grip"]), rng.normal(0.0, 0.3, dof)
     for _ in range(300):
@@ -144,5 +100,5 @@ def test_a_handle_moves_along_the_axes_of_the_world_however_the_file_has_turned_
     np.testing.assert_allclose(seen, turn, atol=1e-9)
     if dof == 6:
         along = v[3:] / np.linalg.norm(v[3:])
-        rate = Rotation.from_rotvec(along * 300 * H * np.linalg.norm(v[3:]) / server.lever_m)
+        rate = Rotation.from_rotvec(along * 300 * H * np.linalg.norm(v[3:]) / LEVER_M)
         assert (rate.inv() * Rotation.from_rotvec(turn)).magnitude() < 0.1

@@ -27,7 +27,7 @@ BOTH = ((1.0,) * 3 + (0.0,) * 3, 1.0), ((0.0,) * 3 + (1.0,) * 3, SHARE)
 forces = st.lists(st.tuples(*[st.floats(-30.0, 30.0)] * 6), min_size=1, max_size=30)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(asked=forces)
 def test_each_is_what_it_would_be_alone(asked):
     both, force = ForceLimits(axes=6, groups=BOTH, **SOON), ForceLimits(axes=3, **SOON)

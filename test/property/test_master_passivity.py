@@ -131,7 +131,7 @@ def test_control_without_shortening_a_smaller_force_creates_energy():
     assert account.unpaid < -0.04  # half of b xd^2 over 0.1 s
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(
     impedances,
     numbers_of_axes,

@@ -23,7 +23,7 @@ LEAST_J, LEAST = -1e-9, -1e-9
 PERIOD_NS = 8_000_000
 
 
-@settings(max_examples=24, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), forges=st.booleans(), make=st.sampled_from((strict, plain)))
 def test_what_was_moved_and_paid_counts_once_in_order_and_the_true_sender_is_followed(
     seed, forges, make

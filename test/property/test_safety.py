@@ -6,6 +6,7 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 from support.law_rigs import ForceLimits
@@ -70,21 +71,15 @@ def as_float(vector):
     return float(vector[0])
 
 
-@given(bounds, stretches(1))
-def test_a_force_on_one_axis_keeps_size_and_slew(params, story):
-    safety = ForceLimits(**params)
-    for part, before, after in play(safety, story, as_float):
-        assert abs(after - before) <= params["max_slew"] * TICK_S * (1 + 1e-12) + 1e-15
-        assert abs(after) <= params["max_force"] * (1 + 1e-12)
-        assert safety.state != SafetyState.COUPLED or part.coupled
-
-
-@given(bounds, stretches(3))
-def test_a_force_vector_keeps_length_and_slew(params, story):
-    for _, before, after in play(ForceLimits(axes=3, **params), story, np.array):
+@pytest.mark.parametrize("dof", [1, 3])
+@given(params=bounds, data=st.data())
+def test_a_force_keeps_length_and_slew(dof, params, data):
+    safety, form = ForceLimits(axes=dof, **params), as_float if dof == 1 else np.array
+    for part, before, after in play(safety, data.draw(stretches(dof)), form):
         change = np.linalg.norm(after - before)
         assert change <= params["max_slew"] * TICK_S * (1 + 1e-12) + 1e-15
         assert np.linalg.norm(after) <= params["max_force"] * (1 + 1e-12)
+        assert safety.state != SafetyState.COUPLED or part.coupled
 
 
 class OnlySaturation:

@@ -8,12 +8,9 @@ import functools
 
 import numpy as np
 import pytest
+from support.scenes import PERIOD_S as H
+from support.scenes import loaded
 
-from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.scenes.mujoco_scene import MujocoScene
-from pmwvc_core.server.black_box import EnvironmentSetup
-
-H = 0.008
 SCENE = (
     '<mujoco>{}<option gravity="0 0 0"/><worldbody><body name="box"><freejoint/>'
     '<geom type="box" size=".03 .03 .03" mass="0.2" contype="1" conaffinity="1" margin="0" '
@@ -42,8 +39,7 @@ def pushed(folder, head, dof):
     """Return velocities of a finger that crosses the air and pushes a box, and its drawn geom."""
     file = folder / f"{abs(hash(head))}.xml"
     file.write_text(SCENE.format(head, 3 * ("inertiagroup" in head)), "utf-8")
-    server = ServerParams(coupling="unknown", environment="mujoco", scene=str(file))
-    made = MujocoScene(EnvironmentSetup(dof, H, (-1,), server, (ContactParams(),)))
+    made = loaded(file, (-1,), dof)
     made.join(0, -0.04 * np.eye(dof)[0])
     drive, found = np.eye(dof)[[0]], []
     for _ in range(60):

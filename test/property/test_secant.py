@@ -31,7 +31,7 @@ def test_a_linear_spring_is_learned(dof):
     np.testing.assert_allclose(found, spring, rtol=0.05, atol=0.05 * np.abs(spring).max())
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(
     dof=st.integers(1, 4),
     seed=st.integers(0, 2**32 - 1),

@@ -95,7 +95,7 @@ def waves(rng, dof, size):
     return [each if dof > 1 else float(each[0]) for each in found]
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(
     first=servers,
     coupling=st.sampled_from(COUPLINGS),
@@ -124,7 +124,7 @@ def test_a_change_keeps_the_energy_and_the_places(
         np.testing.assert_allclose(state(server), seen, rtol=1e-12, atol=rounding)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(contact=contacts, kind=contents, dof=st.sampled_from([1, 3]), seed=st.integers(0, 1000))
 def test_a_change_to_what_is_already_so_moves_no_bit(contact, kind, dof, seed):
     rng = np.random.default_rng(seed)

@@ -34,7 +34,7 @@ def drawn(seed):
     return rng.normal(size=200) * np.exp(rng.normal(size=200))
 
 
-@settings(max_examples=25)
+@settings(max_examples=20)
 @given(
     b=st.floats(5.0, 100.0),
     share=st.floats(0.0, 1.0),
@@ -62,7 +62,7 @@ def test_with_a_trapezoidal_spring_one_step_delay_is_active_at_every_frequency(p
     assert np.all(np.diff(found[period - 1 :: period][100:]) < 0.0)
 
 
-@settings(max_examples=25)
+@settings(max_examples=20)
 @given(
     st.sampled_from(PASSIVE_AT_ANY_STIFFNESS),
     st.floats(0.0, 1e5),

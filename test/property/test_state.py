@@ -91,12 +91,16 @@ def scenarios(draw):
     return parse_scenario(said)
 
 
-@settings(max_examples=24)
+@settings(max_examples=20)
 @given(scenarios(), st.integers(0, 2**16), st.integers(60, 160), st.booleans())
 def test_a_session_that_goes_on_from_a_state_goes_on_bit_for_bit(drawn, seed, until, unroll):
+    """Nothing but numbers is in a state, and no law changes what it is given."""
     laws = Laws(drawn, seed, unroll=unroll)
-    state, _ = laws.run(laws.start, range(until))
+    made, start, begun = repr(laws.made), laws.start, repr(laws.start)
+    state, _ = laws.run(start, range(until))
     text, kept = repr(state), pickle.dumps(state)
+    assert set(map(type, flat(state))) <= {float, int, bool}
+    assert text != begun == repr(start)
     end, expected = laws.run(state, range(until, until + 60))
     assert repr(state) == text
     for others, start in (
@@ -106,23 +110,8 @@ def test_a_session_that_goes_on_from_a_state_goes_on_bit_for_bit(drawn, seed, un
     ):
         again, found = others.run(start, range(until, until + 60))
         assert found == expected
-        assert repr(again) == repr(end)
-
-
-@settings(max_examples=24)
-@given(scenarios(), st.integers(0, 2**16))
-def test_whatever_a_tick_changes_is_in_what_it_returns(drawn, seed):
-    laws = Laws(drawn, seed, unroll=False)
-    made, states = repr(laws.made), [laws.start]
-    texts = [repr(states[0])]
-    for first in range(0, 140, 20):
-        state, _ = laws.run(states[-1], range(first, first + 20))
-        assert set(map(type, flat(state))) <= {float, int, bool}
-        states.append(state)
-        texts.append(repr(state))
-    assert [repr(state) for state in states] == texts
+        assert repr(again) == repr(end) != text
     assert repr(laws.made) == made
-    assert texts[1] != texts[2] != texts[-1]
 
 
 def flat(value):

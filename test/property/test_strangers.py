@@ -28,7 +28,7 @@ from pmwvc_core.simulation.session import simulate_one
 
 LENGTH_S = 0.24
 SCENARIO = handmade.scenario(duration_s=LENGTH_S)
-SLOW = settings(deadline=None, max_examples=25, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(deadline=None, max_examples=20, suppress_health_check=[HealthCheck.too_slow])
 
 
 class Own(list):

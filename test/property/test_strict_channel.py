@@ -95,7 +95,7 @@ def of(values, k):
     return values[k % len(values)]
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(schedule=schedules)
 def test_energy_given_out_never_exceeds_what_was_paid_and_no_displacement_is_lost(schedule):
     """All of it is given out, waiting or undelivered."""
@@ -110,7 +110,7 @@ def test_energy_given_out_never_exceeds_what_was_paid_and_no_displacement_is_los
         assert np.all(np.abs(missing) <= 1e-11 * schedule["amplitude"] * 40 * 0.02)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(schedule=schedules)
 def test_once_packets_come_evenly_everything_paid_for_is_given_out(schedule):
     end = receiver(schedule["dof"], most_repaid=max(1.0, schedule["amplitude"]))
@@ -152,22 +152,3 @@ def test_beginning_anew_forgives_no_debt():
     for _ in range(4):
         playout.step(PERIOD_S)
     assert playout.given_j + playout.released_j <= playout.received_j + 1e-12
-
-
-@pytest.mark.filterwarnings("ignore:overflow")
-@given(st.integers(1, 6), st.sampled_from((-1e308, -1.0, 0.1, 1e308)), st.integers(1, 20))
-def test_wild_sums_of_one_packet_move_and_pay_no_more_than_a_legal_wave(dof, wild, packets):
-    longest = 3.0
-    end, packer = receiver(dof, longest=longest), Packer(1, period=PERIOD_S)
-    wave = np.full(dof, 0.5) if dof > 1 else 0.5
-    for k in range(packets + 40):
-        now_ns = k * 8_000_000
-        packet = packer.pack(wave, 0.0 * wave, now_ns)
-        if k == packets:
-            packet.integral, packet.energy = wild + 0.0 * wave, wild
-        end.push(packet, now_ns)
-    own_j = float(np.max(squared(wave))) * 0.5 * PERIOD_S
-    legal_j = own_j * packets + 0.5 * longest**2 * PERIOD_S
-    assert end.moved.received_j <= max(own_j * (packets + 40), legal_j) + 1e-12
-    left = end.waiting - wave * PERIOD_S * (packets + 40)  # the next sums were true
-    assert np.all(np.abs(left) <= 1e-12)

@@ -7,14 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.scenes import BOX
+from support.scenes import BOX, loaded
+from support.scenes import PERIOD_S as H
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.scenes.mujoco_scene import MujocoScene
-from pmwvc_core.server.black_box import EnvironmentSetup
 
-LEVER_M, H = 0.05, 0.008
+LEVER_M = 0.05
 PAD = (
     '<body name="{name}" pos="{x} 0 0">'
     '<geom type="box" size="0.002 0.01 0.01" mass="0.001" condim="4"/></body>'
@@ -27,10 +25,7 @@ def scene(folder, *, dof=6, handles="left, right"):
     text = BOX.format(gravity="0 0 0", mass=0.2, mu=1.0).replace("-0.0401", "-0.2")
     file = folder / "turn.xml"
     file.write_text(text.replace("</worldbody>", pads * bool(handles) + "</worldbody>"), "utf-8")
-    server = ServerParams(
-        coupling="unknown", environment="mujoco", scene=str(file), handles=handles
-    )
-    made = MujocoScene(EnvironmentSetup(dof, H, (-1, 1), server, (ContactParams(),) * 2))
+    made = loaded(file, dof=dof, handles=handles)
     for user, side in enumerate((-1, 1)):
         made.join(user, np.eye(dof)[0] * side * 0.0301)
     return made

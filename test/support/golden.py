@@ -4,9 +4,7 @@
 
 ::
 
-    python test/support/golden.py                       # compare all with the stored data
-    python test/support/golden.py grip_strict_1         # one of them
-    python test/support/golden.py --write grip_strict_1     # record it anew; says what changed
+    python test/support/golden.py grip_strict_1     # record it anew; says what changed
 
 Kept of each signal: every 50th row and the last, and over all rows sum, sum of squares, number of
 values that are not finite and largest magnitude. Texts and counts are kept whole.
@@ -192,26 +190,17 @@ def differences(was: Record, now: Record, tolerance: float = TOLERANCE) -> list[
     return [words for _, words in late] + names
 
 
-def main() -> int:
-    """Compare or record; return 1 where something differs."""
+def main() -> None:
+    """Record sessions anew, and print what changed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="*", choices=[[], *MAPPINGS], help="all, without one")
-    parser.add_argument("--write", action="store_true", help="record what differs anew")
-    given = parser.parse_args()
-    changed = 0
-    for name in given.names or MAPPINGS:
+    parser.add_argument("names", nargs="+", choices=MAPPINGS)
+    for name in parser.parse_args().names:
         file, now = FOLDER / f"{name}.npz", recorded(name)
-        found = ["not recorded yet"]
-        if file.exists():
-            found = differences(load(file), now, tolerance_of(name))
-        changed += bool(found)
-        print(f"{name}: " + ("as stored" if not found else f"{len(found)} signals differ"))
-        for words in found[:5]:
-            print(f"    {words}")
-        if given.write and found:
+        found = differences(load(file), now, tolerance_of(name)) if file.exists() else ["new"]
+        print(f"{name}: {len(found)} differ", *found[:5], sep="\n    ")
+        if found:
             save(now, file)
-    return int(bool(changed) and not given.write)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -58,6 +58,16 @@ def _arrays(value: Any) -> Iterator[np.ndarray]:
             yield from _arrays(part)
 
 
+def late_s(batch, user):
+    """Return the time from port to port at the end of a stepped session, T1 + T2 of a user, with
+    its playouts and without the ramps [s].
+    """
+    ends = batch.server.s.guests[user].arrivals, batch.users[user].loop.s.arrivals
+    end_ns = batch.ticks * batch.tick_ns
+    sent_s = ((end_ns - each.counting.sent_ns) * 1e-9 for each in ends)
+    return sum(sent_s) + sum(each.playout.pace.store_s for each in ends)
+
+
 def least_j(energy):
     """Return the least balance of both directions and of the port of a user's hand beside what was
     declared to be stored at the start; zero or more where nothing was made [J].
