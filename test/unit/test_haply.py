@@ -148,20 +148,15 @@ def test_silence_makes_samples_invalid_and_then_ends_the_connection():
 
 
 def test_a_service_that_leaves_messages_without_an_answer_is_called_anew():
-    """Ages of all later samples were too large by as much: silent for ever."""
     with InverseService() as service, opened(service) as device:
-        service.hold()
-        for tick in range(30):
-            device.read(tick * TICK_NS)
-            device.write(0.0)
-            service.force()
+        ask_while_held(service, device)
         service.held.clear()
+        assert device.read(2 * TICK_NS).valid
         for due_ns in range(30 * TICK_NS, CALL_NS, 10 * TICK_NS):
             assert not device.read(due_ns).valid and device._link is not None
             device.write(0.0)
-            service.force()
-            service.release(1)
-        device.read(CALL_NS)
+        assert service.forces.empty()
+        device.read(CALL_NS + TICK_NS)
         assert device._link is None
 
 
