@@ -56,7 +56,7 @@ class FrameBlock:
     receiver, in their order.
     """
 
-    first_tick = start_ns = 0  # number and due time [ns] of the first tick
+    first_tick = start_ns = missed = 0  # of the first tick: number, due time [ns]; skipped before
     changes = 0  # frames that took changes over up to this one
     state, reason = 0, ""  # at the end of the frame, as the energies [J]
     energy: Mapping[str, Value] = MappingProxyType({})
@@ -109,7 +109,7 @@ class TraceBlocks:
         self._new = partial(FrameBlock, dof)
         self._filled = self._waiting = self._new()
         self._first: int | None = None  # grid number of the first tick
-        self._work, self._publish = work, publish
+        self._work, self._publish, self._ran = work, publish, 0  # ticks before this block
 
     def reaches(self, tick: int, *, last: bool) -> bool:
         """Tell whether a tick of a frame is the next one, or would come after its last one."""
@@ -118,15 +118,15 @@ class TraceBlocks:
     def block(self, tick: Tick, changes: int) -> FrameBlock:
         """Return the block that a tick is to be noted in."""
         block = self._filled
-        if self._first is None:
-            self._first = tick.grid
+        self._first = tick.grid if self._first is None else self._first
         if not len(block):
             block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
-            block.changes = changes
+            block.changes, block.missed = changes, block.first_tick - self._ran
         return block
 
     def close(self, report: FrameReport | None) -> None:
         """Set the block aside for publishing; go on with another one."""
+        self._ran += len(self._filled)
         if len(self._filled) and report is not None:
             self.publish()  # still there only after a skip
             self._filled.close(report, self._work)

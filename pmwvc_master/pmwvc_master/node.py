@@ -89,7 +89,7 @@ class Master:
         shift_ns = time.time_ns() - time.monotonic_ns()  # of the clock of ROS
         message = messages.master_trace(
             self._types, block.series(), stamp_ns=shift_ns + block.start_ns, epoch=self._epoch,
-            seq=self._seq, period=loop.tick_s, dof=self.settings.dof, missed=loop.missed,
+            seq=self._seq, period=loop.tick_s, dof=self.settings.dof, missed=block.missed,
             safety_events=loop.protocol.s.limits.events,
             hand_force_known=self.device.info.hand_force_known,
             **{name: getattr(block, name) for name in OF_BLOCK},

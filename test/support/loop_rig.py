@@ -51,6 +51,7 @@ class Wires:
         self.sent = []
         self.blocks = []
         self.energies = []
+        self.missed = []
 
     def take(self):
         arrived, self.arrived = self.arrived, []
@@ -63,6 +64,7 @@ class Wires:
         series = {name: list(values) for name, values in block.series().items()}
         self.blocks.append((block.first_tick, block.start_ns, series))
         self.energies.append(block.energy)
+        self.missed.append(block.missed)
 
 
 class Rig:

@@ -98,6 +98,7 @@ def test_a_skipped_tick_splits_the_block_and_a_skipped_frame_start_is_made_up_fo
     rig.ticks(6, 7, *range(8, 18))
     assert blocks_of(rig) == [(0, 3), (5, 3), (8, 8)]
     assert rig.loop.missed == 2
+    assert rig.wires.missed == [0, 2, 2]  # each before its first tick
     rig.tick(27, skipped=9)
     assert [packet.seq for packet in rig.wires.sent] == [1, 2, 3, 4]
 
