@@ -6,6 +6,8 @@ import base64
 import contextlib
 import json
 import os
+import sys
+import threading
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -17,6 +19,9 @@ from support.scenes import CONFIG, scene
 from pmwvc_core.params import DeviceParams, OperatorParams
 from pmwvc_core.runtime.topics import LATCHED_QOS, RECORDED_QOS
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
+from pmwvc_view.description import moving
+from pmwvc_view.live import topics
+from pmwvc_view.live.topics import scene_of
 
 pytestmark = [pytest.mark.integration]
 
@@ -142,3 +147,48 @@ def test_a_scene_is_described_once_for_whoever_comes_later():
         assert json.loads(text.data) == asked
         assert base64.b64decode(asked["files"]["lift.xml"]) == file.read_bytes()
         assert not lost
+
+
+@contextlib.contextmanager
+def served(peer, failures):
+    """Serve a node in a thread of its own, as nodes are."""
+    ended = threading.Event()
+
+    def serve():
+        try:
+            while not ended.is_set():
+                peer.until(iter([False, True]).__next__)
+        except Exception as error:  # ends the node
+            failures.append(error)
+
+    thread, usual_s = threading.Thread(target=serve), sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # what may happen between two lines does
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        sys.setswitchinterval(usual_s)
+
+
+def test_a_page_takes_a_description_while_its_node_is_served_and_what_is_none_is_not_taken(
+    monkeypatch,
+):
+    """A reader that goes under an executor which waits for it ended the page's node."""
+    scene = {"shapes": [{"body": "box"}, {"body": "table"}], "fixed": {"table": [0] * 7}}
+    none = ["", "{", "[1]", "null", '{"shapes": [1]}', '{"shapes": [{"body": "box"}]}']
+    assert moving(scene) == ["box"]
+    failures = []
+    with ros() as peer, served(peer, failures):
+        for number, text in enumerate([json.dumps(scene), *none]):
+            topic = f"/server{number}/scene"
+            publisher = peer.node.create_publisher(String, topic, LATCHED_QOS)
+            publisher.publish(String(data=text))
+            assert scene_of(peer.node, topic) == (scene if number == 0 else {})
+        peer.node.create_publisher(String, "/silent/scene", LATCHED_QOS)
+        monkeypatch.setattr(topics, "LOOK_S", 0.0)
+        for number in range(500):
+            monkeypatch.setattr(topics, "SCENE_S", 1e-5 * number)  # to go at any moment
+            assert scene_of(peer.node, "/silent/scene") == {}
+    assert failures == []

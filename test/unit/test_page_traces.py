@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages of the nodes as the live page takes them, and targets that it publishes as bytes."""
 
-import json
 import math
 
 import numpy as np
@@ -18,9 +17,8 @@ from pmwvc_core.controllers.accounts import OF_STRICT
 from pmwvc_core.frame import SIGNALS
 from pmwvc_core.traces import ENERGIES
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
-from pmwvc_view.description import moving
 from pmwvc_view.feed.tape import Tape
-from pmwvc_view.live.topics import TraceReader, scene_of, target_message
+from pmwvc_view.live.topics import TraceReader, target_message
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 STRICT = [entry.name for entry in OF_STRICT]
@@ -169,28 +167,3 @@ def test_target_is_a_message_of_its_time_and_place(position, stamp_ns):
     at, q = found.pose.position, found.pose.orientation
     assert [at.x, at.y, at.z] == [*position, 0.0, 0.0][:3]
     assert [q.x, q.y, q.z, q.w] == [0.0, 0.6, 0.0, 0.8]
-
-
-class Publishing:
-    """A node of which a topic has a publisher, with some text."""
-
-    def __init__(self, text):
-        self.text = text
-
-    def count_publishers(self, topic):
-        return self.text is not None
-
-    def create_subscription(self, kind, topic, callback, qos):
-        if self.text is not None:
-            callback(kind(data=self.text))
-
-    def destroy_subscription(self, subscription):
-        pass
-
-
-def test_description_of_a_scene_is_taken_and_what_is_none_is_not():
-    scene = {"shapes": [{"body": "box"}, {"body": "table"}], "fixed": {"table": [0] * 7}}
-    assert scene_of(Publishing(json.dumps(scene)), "/server/scene") == scene
-    assert moving(scene) == ["box"]
-    for text in (None, "", "{", "[1]", "null", '{"shapes": [1]}', '{"shapes": [{"body": "box"}]}'):
-        assert scene_of(Publishing(text), "/server/scene") == {}

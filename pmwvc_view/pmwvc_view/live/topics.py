@@ -168,12 +168,12 @@ def packets_of(message: Any) -> Array:
 
 def scene_of(node: Node, topic: str) -> dict[str, Any]:
     """Return how a server's environment describes itself on a latched topic; {}: not at all."""
-    came: list[String] = []
-    reader = node.create_subscription(String, topic, came.append, LATCHED_QOS)
+    reader, came = Polled(node, String, topic, LATCHED_QOS), list[Any]()  # no executor uses it
     until_s = time.monotonic() + SCENE_S
     while node.count_publishers(topic) and not came and time.monotonic() < until_s:
         time.sleep(LOOK_S)
-    node.destroy_subscription(reader)
+        came += reader
+    node.destroy_subscription(reader.subscription)
     with suppress(LookupError, TypeError, ValueError):  # nothing came, or no description
         scene = dict(json.loads(came[0].data))
         moving(scene)
