@@ -21,8 +21,8 @@ live: setup  ## a session to take part in, in the browser
 
 LIVE := test/browser test/integration
 
-test: setup  ## all tests (15 minutes on two cores)
-	@echo "all tests, live sessions first and alone: 15 minutes on two cores, more on slow ones"
+test: setup  ## all tests (15 minutes on two fast cores, 30 on slow ones)
+	@echo "all tests, live sessions first and alone: 15 minutes on two fast cores, 30 on slow ones"
 	@$(PY) -m pytest $(LIVE); live=$$?; $(PY) -m pytest -n auto $(LIVE:%=--ignore=%) && exit $$live
 
 lint: setup  ## format, lint and type checks
