@@ -56,9 +56,9 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     if not len(rows):
         return None
     time_s = times[rows]
-    u_s, v_s, _ = server_sums(server)
-    inside, unexplained = _server_parts(server, scenario, u_s - v_s)
-    of_users, unrecorded = {}, (u_s - v_s)[rows]  # users other than these sent no trace
+    taken, given, _ = server_sums(server)
+    inside, unexplained = _server_parts(server, scenario, taken - given)
+    of_users, unrecorded = {}, (taken - given)[rows]  # users other than these sent no trace
     for user in users:
         kept, index = BlockSums(user, traces.live), server.users.index(user.name)
         u_s, v_s = (running(e[index])[rows] for e in (server.energy_u_s, server.energy_v_s))

@@ -92,7 +92,7 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
         body.mocap = False  # a hand moves it, no program
         for n, kind in enumerate([slide] * 3 + [ball] * (setup.dof == AXES)):
             body.add_joint(plain.default, type=kind, axis=np.eye(3)[n % 3])
-        body.gravcomp = 1.0
+        body.gravcomp = 1.0  # with none when it is compiled, MuJoCo looks at none later
     options = _set_options(mujoco, spec.option, setup.period_s)
     with refused(where, cannot_be="compiled"):
         model = spec.compile()

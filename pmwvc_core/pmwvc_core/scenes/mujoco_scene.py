@@ -60,9 +60,9 @@ class MujocoScene:
         self._dofs = np.array([np.r_[held.dofs] for held in self.held])  # (users, dof)
         self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
         self._axes[:, :3, :3] = [held.axes for held in self.held]
-        self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
         self._slides = self._axes.copy()  # b is the same about all axes of a ball
-        self._whose = np.full(len(self._place), -1)  # likewise
+        self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
+        self._whose = np.full(len(self._place), -1)  # of geoms, who holds them
         for user, held in enumerate(self.held):
             self._whose[held.geoms] = user
         self._there, self._inside = [False] * setup.users, [False] * setup.users

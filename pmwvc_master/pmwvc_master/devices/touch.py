@@ -20,7 +20,7 @@ from pmwvc_master.devices.vendor import Library, Measurement, ThreadedDevice
 MM, NONE, PRIORITY, CONTINUE = 1e-3, 0xFFFFFFFF, 0x7FFF, 1
 BUTTONS, POSITION, VELOCITY, FORCE, FORCE_OUTPUT = 0x2000, 0x2050, 0x2051, 0x2700, 0x4000
 MODEL, SERIAL, CALIBRATION_STYLE, MAX_FORCE, TRANSFORM = 0x2501, 0x2504, 0x2555, 0x2603, 0x2052
-CALIBRATED, NEEDS_UPDATE, MOST_ERRORS = 0x5000, 0x5001, 10  # in a turn of the thread
+CALIBRATED, NEEDS_UPDATE, MOST_ERRORS = 0x5000, 0x5001, 10  # taken off their stack in a turn
 _CALLBACK, _THREE = ctypes.CFUNCTYPE(c_uint, c_void_p), c_double * 3
 
 
@@ -109,7 +109,7 @@ class TouchDevice(ThreadedDevice):
         hd["hdGetIntegerv"](BUTTONS, buttons := c_int())
         hd["hdSetDoublev"](FORCE, _THREE(*self._force(now_ns)))
         hd["hdEndFrame"](self._id)
-        if not sum(hd["hdGetError"]().code for _ in range(MOST_ERRORS)):  # of all on their stack
+        if not [*zip(range(MOST_ERRORS), iter(lambda: hd["hdGetError"]().code, 0), strict=False)]:
             x, xd = ([MM * each for each in vector] for vector in (self._x, self._xd))
             rows = [self._pen[4 * axis + row] for row in range(3) for axis in range(3)]
             self._newest = Measurement(now_ns, x, xd, rows, buttons.value)
