@@ -85,7 +85,7 @@ def test_what_goes_in_is_held_or_heat_in_every_step(seed, users, dof, coupled, *
         by_diagonal_j += H * np.sum((drive - np.einsum("uii,ui->ui", matrices, v)) * v)
         moved_j += H * np.abs(power).sum()
         inside_j = made.energy - before_j + made.heat_j
-        assert abs(given_j - inside_j) < 1e-13 * (1.0 + moved_j)
+        assert abs(given_j - inside_j) < 1e-14 * (1.0 + moved_j)
         assert made.heat_j > heat_j - 1e-12 * (1.0 + moved_j)
         heat_j = made.heat_j
     assert not coupled or abs(by_diagonal_j - inside_j) > 1e-5 * moved_j

@@ -44,6 +44,7 @@ def slab(size_m, **own):
     )  # fmt: skip
     made = Box(EnvironmentSetup(6, H, (-1,), server, (ContactParams(),)))
     made._poses.at[0, 2] = 1.0  # high above the table
+    made._points = made._points._replace(depth=made._points.depth - 1.0)
     return made
 
 

@@ -4,7 +4,9 @@
 
 import numpy as np
 import pytest
-from support.scenes import scene
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.scenes import loaded, scene
 from support.simulated import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
@@ -100,6 +102,52 @@ def test_hands_that_meet_nothing_touch_nothing(tmp_path):
     assert np.any(traces.server.f_s)
     kinds = {each["kind"] for each in complete(traces, scenario)}
     assert not kinds & {"grip", "release", "slip", "drop"}, kinds
+
+
+RING = " ".join(
+    f'<geom type="box" size="0.05 0.01 0.03" pos="0 {y} {z}" euler="{turn} 0 0" mass="0.1"/>'
+    for y, z, turn in ((0.04, 0, 0), (-0.04, 0, 0), (0, 0.04, 90), (0, -0.04, 90))
+)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    half_m=st.floats(0.005, 0.15), finger_m=st.floats(0.002, 0.02), given_m=st.floats(0.01, 0.1),
+    kind=st.sampled_from(["box", "edge", "sphere", "margin", "fallen", "ring"]),
+    dof=st.sampled_from([3, 6]),
+)  # fmt: skip
+def test_a_finger_begins_at_the_face_of_a_body_of_any_width(
+    tmp_path_factory, half_m, finger_m, given_m, kind, dof
+):
+    """The first body that moves, where it settled; a hollow one is no face. The control: from a
+    device at the face of an object that is a tenth wider nothing is touched.
+    """
+    turn, margin = 45.0 * (kind == "edge"), 0.002 * (kind == "margin")
+    size = f"{half_m} {half_m if kind == 'edge' else 0.03} 0.03"
+    geom = f'type="box" size="{size}" euler="0 0 {turn}" margin="{margin}"'
+    geom = f'type="sphere" size="{half_m}"' if kind == "sphere" else geom
+    geom = RING if kind == "ring" else f'<geom {geom} mass="0.2"/>'
+    file = tmp_path_factory.mktemp("scene") / "any.xml"
+    file.write_text(
+        f"""<mujoco><option gravity="0 0 {-0.1 * (kind == "fallen")}"/><worldbody>
+        <body pos="0.3 0 0.1"><freejoint/><geom size="0.3" mass="0.01" contype="0"
+        conaffinity="0"/>{geom}</body></worldbody></mujoco>""",
+        "utf-8",
+    )
+    made = loaded(
+        file, dof=dof, finger_m=finger_m, object_size_m=2.0 * given_m, settle=kind == "fallen"
+    )
+    face_m = {"edge": half_m * 2**0.5, "ring": given_m}.get(kind, half_m) + margin
+    for nearer_m in (-0.1 * given_m, 5e-5):
+        for user, side in enumerate((-1, 1)):
+            made.join(user, side * (given_m - nearer_m) * np.eye(dof)[0])
+        made.meet(np.zeros((2, dof)), np.full(2, 8.0), 0.008)
+        assert made.touching == [nearer_m > 0.0 and kind != "ring"] * 2
+    middle = made.poses["body1"]
+    for user, side in enumerate((-1, 1)):
+        finger = made.poses[f"pmwvc_user{user + 1}"]
+        way_m = np.array(finger[:3]) - side * (face_m + finger_m) * np.eye(3)[0] - middle[:3]
+        np.testing.assert_allclose(way_m, 0.0, atol=2e-3)
 
 
 def test_a_mocap_body_can_be_the_handle_that_leads_a_hand(tmp_path):

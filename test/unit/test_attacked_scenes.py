@@ -114,7 +114,7 @@ def test_what_a_box_has_not_is_refused(wrong):
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"scene": ""}, "server.scene is empty: name the scene's MJCF file (.xml)"),
+        ({"scene": ""}, "name the scene's MJCF file (.xml)"),
         ({"scene": "nowhere.xml"}, "server.scene = 'nowhere.xml': there is no such file"),
         ({"handles": "bix, box"}, "no body is named 'bix'; did you mean"),
         ({"handles": "box"}, "server.handles = 'box': 1 bodies for 2 users"),

@@ -15,13 +15,15 @@ J of every point by them (:mod:`.kinematics`) and the inertia I about the box's 
     b V = drive - sum JV^T phi,           b l^2 W = l drive_r - sum JW^T phi
 
 w x I w does no work, and R1 I w1 - R0 I w0 = Rbar (I (w1 - w0) + h w x I w): a free box keeps
-energy and momentum. phi . J h is what the forces of :mod:`.pressing` take up, so energy balances
-at the port as exactly as the forces do (:mod:`.newton`). Equations: docs/theory.md 5.18.
+energy and momentum. phi . J h is what the forces of :mod:`.pressing` take up. Forces balance
+nearly (:mod:`.newton`); box and handles then move as these forces make them, so that energy
+balances to rounding, and the heat has what is left. Equations: docs/theory.md 5.18.
 """
 
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from pmwvc_core.errors import ParameterError
@@ -37,6 +39,7 @@ POINTS = 3  # of a pad
 TABLE_N_M, TABLE_S, SINKS = 2e4, 0.002, 0.025  # at least; damping of it; most of half the box
 THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
 GREY, WOOD = [0.5, 0.5, 0.5, 1.0], [0.8, 0.6, 0.3, 1.0]  # the first is the page's own colour
+SETTLED, SETTLED_W = 1e-13, 1e-24  # of what is wanted, and where that is next to nothing
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
@@ -76,16 +79,17 @@ class Box:
 
         self._table_z = self._weight_n / (4.0 * table_n_m) - self._half_m[2]
         self._face_m = of_points([self._half_m[0]] * users, self._table_z)
-        self._began_m, self._forces = np.zeros(len(self._face_m)), np.zeros((len(self._face_m), 3))
+        self._forces = np.zeros((len(self._face_m), 3))
+        depth = np.append(0.0 * pads, self._table_z - self._half_m[2] * CORNERS[:, 2])
         self._points = Points(
-            of_points(outward, [0.0, 0.0, 1.0]), self._began_m, self._forces,
-            of_points(k, table_n_m), of_points(damping, TABLE_S * table_n_m),
-            self._began_m + own.friction, np.arange(len(self._face_m)) >= len(pads),
+            of_points(outward, [0.0, 0.0, 1.0]), depth, self._forces, of_points(k, table_n_m),
+            of_points(damping, TABLE_S * table_n_m), np.full(len(depth), own.friction),
+            np.arange(len(depth)) >= len(pads),
         )  # fmt: skip
         self._there = np.zeros(users, bool)
         self._poses = Poses(np.zeros((1 + users, 3)), np.tile(np.eye(3), (1 + users, 1, 1)))
         self._rates, self._guess = np.zeros(6), np.zeros(6 + setup.dof * users)
-        self._stored_j, self.heat_j = stored_j(self._begun()[0]), 0.0
+        self._stored_j, self.heat_j = stored_j(self._points), 0.0
         self.touching: Any = [False] * users
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
         self._names = ["box", *(f"user{1 + user}" for user in range(users))]
@@ -150,62 +154,56 @@ class Box:
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
         """Go on by ``dt`` [s] (:class:`pmwvc_core.server.black_box.BlackBox`)."""
-        begun, at = self._begun()
-        before_j = self._stored_j  # more than ``begun`` has, where points slid off their face
+        begun, before_j = self._begun(), self._stored_j  # points slid off: less is begun with
         scale = np.repeat([1.0, self._lever_m], 3)[: self._dof]
-        wanted = np.append(np.zeros(6), drive * scale)
-        wanted[2] = -self._weight_n
-        wanted[:6] += 2.0 / dt * self._masses * self._rates
-        resists = np.diag(np.append(2.0 / dt * self._masses, np.zeros(drive.size)))
+        wanted = np.append(2.0 / dt * self._masses * self._rates, drive * scale)
+        wanted[2] -= self._weight_n
         b = matrices_of(impedance, self._dof) * np.outer(scale, scale)
-        blocks = np.eye(len(b))[:, None, :, None] * b[:, :, None, :]  # no handle resists another
-        resists[6:, 6:] = blocks.reshape(drive.size, drive.size)
+        resists = block_diag(np.diag(2.0 / dt * self._masses), *b)
         inertia, shape, along = self._masses[3:], self._shape, resists.diagonal()
+        enough_w = SETTLED**2 * float(wanted @ (wanted / along)) + SETTLED_W
 
         def tried(x: Array, bound: Array | None) -> Trial:
             poses = moved(self._poses, x, dt, shape)
             mean = Poses(*(0.5 * (a + b) for a, b in zip(self._poses, poses, strict=True)))
-            after = pressed(begun, points_at(poses, shape) - at, dt, bound)
             by = by_velocities(mean, shape)
+            after = pressed(begun, dt * by @ x, dt, bound)
             missing = resists @ x - wanted + after.force.ravel() @ by.reshape(-1, len(x))
             missing[3:6] += cross(x[3:6]) @ (inertia * x[3:6])
 
             def slope() -> Array:
                 w, found = x[3:6], resists.copy()
                 found[3:6, 3:6] += cross(w) * inertia - cross(inertia * w)
-                return found + slope_of(after, by, w, mean, dt, shape)
+                return np.asarray(found + slope_of(after, by, w, mean, dt, shape))
 
-            return Trial(x, missing, slope, after, poses)
+            return Trial(x, missing, float(missing @ (missing / along)), slope, after, by)
 
-        x, *_, after, poses = balanced(tried, self._guess, along, wanted, begun.friction)
+        near, *_, after, by = balanced(tried, self._guess, enough_w, begun.friction)
+        work = after.force.ravel() @ by.reshape(-1, len(near))
+        resists[3:6, 3:6] -= cross(inertia * near[3:6])  # now linear: balanced to rounding
+        x = np.linalg.solve(resists, wanted - work)
+        poses = moved(self._poses, x, dt, shape)
         self._rates = 2.0 * x[:6] - self._rates
         self._poses, self._guess, self._forces = poses, x, after.force
         self.touching = after.pressing[: len(shape.pads)].reshape(len(b), -1).any(axis=1).tolist()
-        self._points = begun._replace(bristle=after.bristle)
-        ended = points_at(poses, shape)
-        self._stored_j = stored_j(self._points._replace(depth=self._depths(ended)))
-        self.heat_j += before_j - self._stored_j + float(np.sum(after.force * (ended - at)))
+        depth = begun.depth - dt * np.sum(begun.normal * (by @ x), axis=-1)
+        self._points = begun._replace(bristle=after.bristle, depth=depth)
+        self._stored_j = stored_j(self._points)
+        self.heat_j += before_j - self._stored_j + dt * float(work @ x)
         turning = self._lever_m * (poses.turned[0] @ x[3:6])
         self.velocity = np.append(x[:3], turning)[: self._dof]
         self.position = self.position + dt * self.velocity
         return np.asarray(x[6:].reshape(-1, self._dof) * scale)
 
-    def _depths(self, at: Array) -> Array:
-        """Return how deep points are below the faces [m], less where they began."""
-        return np.asarray(self._face_m - np.sum(self._points.normal * at, axis=-1) - self._began_m)
-
-    def _begun(self) -> tuple[Points, Array]:
-        """Return the points at the beginning of a step, and where they are. A point touches a face
-        that it is over; one that comes from the side begins without force where it is.
+    def _begun(self) -> Points:
+        """Return the points at the beginning of a step. A point touches a face that it is over;
+        one that comes from the side begins without force where it is.
         """
-        at, pads = points_at(self._poses, self._shape), len(self._shape.pads)
-        normal = self._points.normal
-        flat = at - np.sum(normal * at, axis=-1, keepdims=True) * normal
-        can_touch = np.all(np.abs(flat) <= self._half_m, axis=-1)
-        can_touch[:pads] &= self._there[self._shape.pads]
-        can_touch[pads:] = True
-        depth = self._depths(at)
-        slides = np.where(self._points.can_touch, np.minimum(depth, 0.0), depth)
-        self._began_m = np.where(can_touch, np.maximum(self._began_m + slides, 0.0), 0.0)
-        self._began_m[pads:] = 0.0
-        return self._points._replace(depth=self._depths(at), can_touch=can_touch), at
+        begun, at, pads = self._points, points_at(self._poses, self._shape), len(self._shape.pads)
+        height = np.sum(begun.normal * at, axis=-1)
+        over = np.all(np.abs(at - height[:, None] * begun.normal) <= self._half_m, axis=-1)
+        over[:pads] &= self._there[self._shape.pads]
+        over[pads:] = True
+        pressing = begun.can_touch & (begun.depth >= 0.0)
+        depth = np.where(pressing, begun.depth, np.minimum(self._face_m - height, 0.0))
+        return begun._replace(depth=depth, can_touch=over)

@@ -48,13 +48,10 @@ def _shape(model: Any, geom: int, names: Sequence[str]) -> dict[str, Any]:
         "rgba": color.round(3).tolist(),
     }  # fmt: skip
     if kind == "mesh":
-        mesh = int(model.geom_dataid[geom])
-        for name, of, entries in (
-            ("points", "vert", model.mesh_vert.astype(float).round(6)),
-            ("faces", "face", model.mesh_face),
-        ):
-            first, count = (getattr(model, f"mesh_{of}{each}")[mesh] for each in ("adr", "num"))
-            shape[name] = entries[first : first + count].tolist()
+        mesh = model.mesh(model.geom_dataid[geom])
+        points = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]]
+        shape["points"] = points.astype(float).round(6).tolist()
+        shape["faces"] = model.mesh_face[mesh.faceadr[0] :][: mesh.facenum[0]].tolist()
     return shape
 
 

@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A MuJoCo model from a scene file, with what each user holds: a finger, or a handle of the scene.
 
-A finger is a sphere of a gram on three slides and, of six axes, a ball, weightless. It begins
-where the user's device does: the origin of all devices is the centre of mass of the first body
-that moves (the scene's origin where none does), and a finger's surface is where the avatar is. A
-handle is a body of the scene that is fixed to the world, or mocap; it gets the same joints, is
-weightless, and is taken where it is.
+A finger is a sphere of a gram on three slides and, of six axes, a ball, weightless. A handle is a
+body of the scene that is fixed to the world, or mocap; it gets the same joints, is weightless, and
+is taken where it is.
 
 What a scene usually lacks to be held is written into the model where the file has MuJoCo's own
 default: elliptic friction cones with impratio 100, as a finger creeps out of a pyramid. Contacts
@@ -45,7 +43,7 @@ class Grasp(NamedTuple):
     ball: slice  # likewise, its quaternion; empty where it does not turn
     dofs: slice
     geoms: list[int]
-    home: Array | None  # (3,) [m] of a finger: where it is for a device at zero, from its body
+    home: Array | None  # (3,) [m] of a finger: where it is for a device at zero
     axes: Array  # (3, 3) of the slides, in columns: those of the impedance
     body: int
     start: Array  # (3, 3) how it is turned while its ball is not
@@ -56,9 +54,8 @@ def import_mujoco() -> Any:
     try:
         import mujoco
     except ImportError as error:
-        raise ParameterError(
-            f"server.environment = 'mujoco': {error}: pip install mujoco (or '.[mujoco]')"
-        ) from None
+        text = f"server.environment = 'mujoco': {error}: pip install mujoco (or '.[mujoco]')"
+        raise ParameterError(text) from None
     mujoco.set_mju_user_warning(lambda text: None)  # MuJoCo's own would write a file here
     return mujoco
 
@@ -73,8 +70,8 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
         raise ParameterError(f"dof = {setup.dof}: a scene has 3 or 6 axes")
     where = f"server.scene = {server.scene!r}"
     file = Path(server.scene).expanduser()
-    spec = _read(mujoco, server.scene, file, where)
-    movable = next((body for body in spec.bodies[1:] if body.joints), None)
+    spec = _read(mujoco, file, where)
+    movable = next((body for body in spec.bodies[1:] if body.joints), spec.worldbody)
     bodies = _handles(spec, setup)
     for user in range(0 if bodies else setup.users):
         with refused(where, cannot_be="used"):  # a body of that name is there
@@ -99,9 +96,8 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
     _check_masses(model, {body.id for body in bodies}, where)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    shown = movable.id if movable else 0
-    held = []
-    for user, (body, axes) in enumerate(zip(bodies, _axes(setup), strict=True)):
+    held: list[Grasp] = []
+    for body, axes in zip(bodies, _axes(setup), strict=True):
         at, start = model.body(body.id), data.xmat[body.id].reshape(3, 3).copy()
         model.jnt_axis[at.jntadr[0] :][:3] = axes.T @ start  # in axes of the body
         whole = model.body_weldid == body.id  # with what is welded to it
@@ -111,12 +107,11 @@ def scene_model(setup: EnvironmentSetup) -> tuple[Any, list[Grasp], int, dict[st
         model.geom_condim[geoms] = np.maximum(model.geom_condim[geoms], 3 + (setup.dof == AXES))
         model.geom_group[geoms] *= bool(server.handles)  # fingers are drawn
         first, dof = int(model.jnt_qposadr[at.jntadr[0]]), int(at.dofadr[0])
-        out = np.array([setup.sides[user] * server.finger_m, 0.0, 0.0])
-        home = None if server.handles else data.xipos[shown] + out - data.xpos[body.id]
+        home = None if server.handles else np.zeros(3)
         turn = slice(first + 3, first + (7 if setup.dof == AXES else 3))
         joints = slice(first, first + 3), turn, slice(dof, dof + setup.dof)
         held.append(Grasp(*joints, geoms.tolist(), home, axes, body.id, start))
-    return model, held, shown, {"files": files_of(file), "options": options}
+    return model, held, movable.id, {"files": files_of(file), "options": options}
 
 
 def _axes(setup: EnvironmentSetup) -> list[Array]:
@@ -130,11 +125,10 @@ def _axes(setup: EnvironmentSetup) -> list[Array]:
     return [np.linalg.eigh(b[:3, :3])[1] for b in impedances]
 
 
-def _read(mujoco: Any, name: str, file: Path, where: str) -> Any:
-    if not name:
-        raise ParameterError("server.scene is empty: name the scene's MJCF file (.xml)")
+def _read(mujoco: Any, file: Path, where: str) -> Any:
     if not file.is_file():
-        raise ParameterError(f"{where}: there is no such file (looked in {Path.cwd()})")
+        looked = f"there is no such file (looked in {Path.cwd()})"
+        raise ParameterError(f"{where}: {looked}; name the scene's MJCF file (.xml)")
     with refused(where, cannot_be="read"):
         spec = mujoco.MjSpec.from_file(str(file))
     for material in spec.materials:
@@ -150,10 +144,8 @@ def _handles(spec: Any, setup: EnvironmentSetup) -> list[Any]:
     text = setup.server.handles
     names = [name.strip() for name in text.split(",") if name.strip()]
     if names and len(names) != setup.users:
-        raise ParameterError(
-            f"server.handles = {text!r}: {len(names)} bodies for {setup.users} users; name one "
-            "for each, or none for fingers"
-        )
+        wrong = f"server.handles = {text!r}: {len(names)} bodies for {setup.users} users"
+        raise ParameterError(f"{wrong}; name one for each, or none for fingers")
     found = []
     for name in names:
         body = spec.body(name)

@@ -15,11 +15,13 @@ axes, as the way of a point at the lever l: a ball with the armature h b l^2. Mu
 joints are not proved passive; the ledger of the port holds on top
 (:mod:`pmwvc_core.law.black_box.compensations`).
 
-Who is not there is held still and touches nothing. A finger that comes in within another body
-passes through it until it is outside. Equations: docs/theory.md 5.16.
+Who is not there is held still and touches nothing. The origin of the devices is the centre of mass
+of the first body that moves (the scene's origin where none does); along axis 0 it is shifted for
+every finger, so that it meets that body where it would meet an object of ``server.object_size_m``.
+A finger that comes in within another body passes through it until it is outside. Equations:
+docs/theory.md 5.16.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -28,13 +30,14 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import AXES, Array
 from pmwvc_core.quaternions import IDENTITY, carried, turn_between
 from pmwvc_core.scenes.description import described, strongest
-from pmwvc_core.scenes.model import SUB_STEP_S, Grasp, import_mujoco, scene_model
+from pmwvc_core.scenes.model import Grasp, import_mujoco, scene_model
 from pmwvc_core.server.black_box import EnvironmentSetup, matrices_of, times_rows
 
 OVERLAP_M = 1e-4  # that is none
 SETTLE_S = 2.0
 STILL_KG = 1e9  # armature of what nobody holds
 LARGEST_M_S = 1e3  # faster is no motion
+FAR_M, APPROACHES = 100.0, 50  # of a finger to a face; one does where it is across axis 0
 W_LAST, W_FIRST = [1, 2, 3, 0], [3, 0, 1, 2]  # of quaternions: w is first in MuJoCo
 
 
@@ -61,7 +64,6 @@ class MujocoScene:
         self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
         self._axes[:, :3, :3] = [held.axes for held in self.held]
         self._slides = self._axes.copy()  # b is the same about all axes of a ball
-        self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
         self._whose = np.full(len(self._place), -1)  # of geoms, who holds them
         for user, held in enumerate(self.held):
             self._whose[held.geoms] = user
@@ -70,6 +72,8 @@ class MujocoScene:
             self.leave(user)
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
+        for user, side in enumerate(setup.sides):
+            self._begin_at_face(user, side, 0.5 * setup.server.object_size_m)
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
         self._turned = self.data.xquat[self._shown, W_LAST].tolist()
         self._good = np.empty(self._mujoco.mj_stateSize(self.model, self._whole))
@@ -108,16 +112,13 @@ class MujocoScene:
     def leave(self, user: int) -> None:
         """Hold still what a user held."""
         held, self._there[user] = self.held[user], False
-        self.data.qvel[held.dofs] = self.data.qfrc_applied[held.dofs] = 0.0
         self._weigh(held, np.full(self._dof, STILL_KG))
         self._touches(held, False)
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
         """Go on by ``dt`` [s] (:class:`pmwvc_core.server.black_box.BlackBox`)."""
         model, data, impedance = self.model, self.data, matrices_of(impedance, self._dof)
-        steps = math.ceil(dt / min(SUB_STEP_S, model.opt.timestep) - 1e-9)
-        model.opt.timestep = dt / steps
-        slides, scale = self._slides, self._scale
+        steps, slides, scale = round(dt / model.opt.timestep), self._slides, self._scale
         along = (slides.swapaxes(1, 2) @ impedance @ slides).diagonal(0, 1, 2) * scale**2
         for user, held in enumerate(self.held):
             if self._there[user]:
@@ -139,12 +140,12 @@ class MujocoScene:
         rates = np.zeros(drive.shape)
         self._note_axes()
         for _ in range(steps):
-            push = times_rows(self._axes.swapaxes(1, 2), drive) if self._apart else drive
+            push = times_rows(self._axes.swapaxes(1, 2), drive)
             data.qfrc_applied[dofs] = push - along * data.qvel[dofs]
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
             self._note_axes()
-            rates += times_rows(self._axes, data.qvel[dofs]) if self._apart else data.qvel[dofs]
+            rates += times_rows(self._axes, data.qvel[dofs])
         return rates
 
     def _note_axes(self) -> None:
@@ -202,6 +203,27 @@ class MujocoScene:
             text = f"{' and '.join([*names, 'a flex'][:2])} overlap, which moves them"
             ways = "move one, or set server.settle = true"
             raise ParameterError(f"server.scene = {setup.server.scene!r}: {text}; {ways}")
+
+    def _begin_at_face(self, user: int, side: int, half_m: float) -> None:
+        """Set where a user's finger is for a device at zero; unshifted where it finds no face."""
+        held, model, distance = self.held[user], self.model, self._mujoco.mj_geomDistance
+        if held.home is None:
+            return
+        touched = (model.geom_contype | model.geom_conaffinity) > 0
+        faces = np.flatnonzero(touched & (model.geom_bodyid == (self._shown or -1))).tolist()
+        finger, held.home[:] = held.geoms[0], self._origin
+        unshifted_m = held.home[0] = self._origin[0] + side * model.geom_size[finger, 0]
+        for _ in range(APPROACHES):
+            self.join(user, side * half_m * np.eye(self._dof)[0])
+            self._mujoco.mj_kinematics(model, self.data)
+            far_m = [distance(model, self.data, face, finger, FAR_M, None) for face in faces]
+            gap_m = float(np.min(far_m - model.geom_margin[faces], initial=FAR_M))
+            if abs(gap_m) < OVERLAP_M:
+                break
+            held.home[0] -= side * gap_m
+        else:
+            held.home[0] = unshifted_m
+        self.leave(user)
 
     def _require_motion(self) -> None:
         """Raise where the scene has become unstable, with the state of the last good step back."""

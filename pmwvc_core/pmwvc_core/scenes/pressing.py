@@ -79,14 +79,12 @@ def _along_normal(p: Points, s: Array, h: float) -> tuple[Array, Array]:
     """Return the forces along the normals [N], and their slopes by s [N/m]."""
     k, before = p.stiffness, np.where(p.can_touch, np.maximum(p.depth, 0.0), 0.0)
     after = np.where(p.can_touch, np.maximum(p.depth + s, 0.0), 0.0)
-    inside, moves = (before > 0.0) & (after > 0.0), s != 0.0
-    # of the step in which the point is inside
-    share = np.where(inside, 1.0, (after - before) / np.where(moves, s, 1.0))
+    inside, way = (before > 0.0) & (after > 0.0), np.where(s != 0.0, s, np.inf)
+    share = np.where(inside, 1.0, (after - before) / way)  # of the step in which it is inside
     force = 0.5 * k * (before + after) * share + p.damping / h * (after - before)
     touching = (after > 0.0) * 1.0
-    of_share = np.where(inside | ~moves, 0.0, (touching - share) / np.where(moves, s, 1.0))
-    rise = 0.5 * k * (touching * share + (before + after) * of_share)
-    rise += p.damping / h * touching
+    of_share = np.where(inside, 0.0, (touching - share) / way)
+    rise = 0.5 * k * (touching * share + (before + after) * of_share) + p.damping / h * touching
     return np.maximum(force, 0.0), np.where(force > 0.0, rise, 0.0)
 
 
