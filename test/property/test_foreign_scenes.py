@@ -150,6 +150,28 @@ def test_a_finger_begins_at_the_face_of_a_body_of_any_width(
         np.testing.assert_allclose(way_m, 0.0, atol=2e-3)
 
 
+def test_soft_bodies_are_loaded_and_one_that_is_unstable_is_put_back(tmp_path):
+    """The lowest points of the first are 18 mm above the plane; the other has no springs."""
+    file = tmp_path / "soft.xml"
+    for more in ('<edge equality="true"/>', '<edge damping="1"/>'):
+        file.write_text(
+            f"""<mujoco><worldbody><geom type="plane" size="1 1 1"/><flexcomp name="soft"
+            type="grid" count="4 4 4" spacing="0.02 0.02 0.02" pos="0 0 0.05" dim="3"
+            radius="0.002" mass="0.2"><contact selfcollide="none"/>{more}</flexcomp>
+            </worldbody></mujoco>""",
+            "utf-8",
+        )
+        made, failed = loaded(file), []
+        for _ in range(30):
+            try:
+                made.meet(np.zeros((2, 3)), np.full(2, 8.0), 0.008)
+            except RuntimeError as error:
+                failed.append(str(error))
+            assert np.isfinite(made.data.qpos).all() and np.isfinite(made.data.qvel).all()
+        assert bool(failed) == ("damping" in more)
+        assert all("unstable at body 'soft_" in each for each in failed)
+
+
 def test_a_mocap_body_can_be_the_handle_that_leads_a_hand(tmp_path):
     (tmp_path / "robot.xml").write_text(SCENES[ROBOT], "utf-8")
     made = scene(tmp_path / "robot.xml", users=1, handles="aim")

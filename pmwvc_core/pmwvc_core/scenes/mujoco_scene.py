@@ -125,7 +125,6 @@ class MujocoScene:
                 self._weigh(held, model.opt.timestep * along[user])
                 self._inside[user] = self._inside[user] and self._comes_out(user)
         rates: Array = scale / steps * self._sub_steps(drive * scale, along, steps)
-        self._require_motion()
         self._mujoco.mj_kinematics(model, data)
         self._note()
         self._show(dt)
@@ -144,6 +143,7 @@ class MujocoScene:
             data.qfrc_applied[dofs] = push - along * data.qvel[dofs]
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
+            self._require_motion()  # MuJoCo's collisions are fatal with what is no number
             self._note_axes()
             rates += times_rows(self._axes, data.qvel[dofs])
         return rates
@@ -186,8 +186,7 @@ class MujocoScene:
 
     def _overlaps(self) -> list[tuple[int, int]]:
         """Return the pairs of geoms that overlap by more than ``OVERLAP_M``; a flex has -1."""
-        self._mujoco.mj_kinematics(self.model, self.data)
-        self._mujoco.mj_collision(self.model, self.data)
+        self._mujoco.mj_fwdPosition(self.model, self.data)  # of flexes, too
         inside = (c for c in self.data.contact if c.dist < c.includemargin - OVERLAP_M)
         return [pair for c in inside if max(pair := (int(c.geom1), int(c.geom2))) >= 0]
 
@@ -226,7 +225,7 @@ class MujocoScene:
         self.leave(user)
 
     def _require_motion(self) -> None:
-        """Raise where the scene has become unstable, with the state of the last good step back."""
+        """Raise where the scene has become unstable, with the last good state back."""
         speeds = np.abs(self.data.qvel)
         if np.isfinite(self.data.qpos).all() and (speeds < LARGEST_M_S).all():
             self._mujoco.mj_getState(self.model, self.data, self._good, self._whole)
