@@ -76,7 +76,8 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     begins, network = prepared(scenario)
     plan = plan_of(network)
     book = _book(scenario, network, plan)
-    return Run(scenario, plan, book, session(*begins, book))
+    whole = session(*begins, plan.taken_up, plan.taken_down, book)
+    return Run(scenario, plan, book, whole)
 
 
 def made_end(scenario: Scenario, user: User) -> tuple[UserRun, EndParams]:
@@ -85,7 +86,7 @@ def made_end(scenario: Scenario, user: User) -> tuple[UserRun, EndParams]:
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    start = UserRun(loop, resting_device(at.start, device), hand, False, 0)
+    start = UserRun(loop, resting_device(at.start, device), hand, False)
     return start, EndParams(p, device, of_hand)
 
 
@@ -94,8 +95,6 @@ def _book(scenario: Scenario, network: Network, plan: Plan) -> Book:
     sent = max(len(link.sent) for link in (*plan.up, *plan.down))
     blocks = max(-(-ticks // rate_drop) for rate_drop in network.rate_drops)
     return Book(
-        plan.taken_up,
-        plan.taken_down,
         np.zeros((2 * users, sent, 3 * axes + OF_PACKET)),
         np.zeros((users, SIGNALS, ticks, axes)),
         np.zeros((users, blocks, OF_BLOCK)),
