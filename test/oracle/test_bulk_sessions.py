@@ -66,8 +66,8 @@ def nothing_marked(monkeypatch):
 def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
     nothing_marked, monkeypatch, caplog
 ):
-    monkeypatch.setattr(bulk, "COMPILING_S", 0.1)
-    monkeypatch.setattr(bulk, "LOADING_S", 0.05)
+    monkeypatch.setattr(bulk, "COMPILING_TICKS", 3000)
+    monkeypatch.setattr(bulk, "LOADING_TICKS", 1500)
     mapping = yaml.safe_load((CONFIG / "carry_16ms.yaml").read_text("utf-8"))
     mapping |= {"channel": "strict", "users": 1, "duration_s": 2.0}
     mapping["task"] |= {"grip_s": 0.05, "grip_rise_s": 0.3, "move_s": 0.5}

@@ -32,8 +32,9 @@ from pmwvc_core.simulation.conditions import place_of
 SIGNALS = 8  # of a tick
 OF_BLOCK = 4 + 21  # cause, interventions, work; energies of a port at most
 OF_STEP = 8  # accounts of an environment at most
-TICK_S = 35e-6  # of a user's tick, interpreted
-COMPILING_S, LOADING_S = 40.0, 2.0
+# Ticks of users that take as long interpreted, on any machine, as it takes to compile a kind of
+# session, and to load it.
+COMPILING_TICKS, LOADING_TICKS = 400_000, 10_000
 LOG = logging.getLogger("pmwvc")
 
 
@@ -116,7 +117,7 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     """Return the compiled loop for each session that is worth it, in their order; else None."""
     loops: list[Callable[..., bool] | None] = [None] * len(scenarios)
     fit = [i for i, scenario in enumerate(scenarios) if can_run(scenario)]
-    if _take_s([scenarios[i] for i in fit]) <= LOADING_S or find_spec("numba") is None:
+    if _ticks([scenarios[i] for i in fit]) <= LOADING_TICKS or find_spec("numba") is None:
         return loops
     from pmwvc_core.compiled import compiled, kept_in  # Numba takes its time to load
 
@@ -129,13 +130,13 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     for i in fit:
         kinds.setdefault(_types(prepared(scenarios[i])[0]), []).append(i)
     for kind, members in kinds.items():
-        takes_s = _take_s([scenarios[i] for i in members])
+        ticks = _ticks([scenarios[i] for i in members])
         mark = folder / hashlib.sha256(kind.encode()).hexdigest()[:16]  # it is kept
-        if takes_s > COMPILING_S and not mark.exists():
-            LOG.warning("compiling the laws of this kind of session: half a minute, once")
+        if ticks > COMPILING_TICKS and not mark.exists():
+            LOG.warning("compiling the laws of this kind of session, once: half a minute or more")
             run(scenarios[members[0]], loop)
             mark.touch()
-        if takes_s > LOADING_S and mark.exists():
+        if ticks > LOADING_TICKS and mark.exists():
             for i in members:
                 loops[i] = loop
     return loops
@@ -148,7 +149,6 @@ def _types(value: Any) -> str:
     return type(value).__name__
 
 
-def _take_s(scenarios: Sequence[Scenario]) -> float:
-    """Return about how long sessions take interpreted [s]."""
-    ticks = [each.duration_s / each.tick_s * len(each.users) for each in scenarios]
-    return sum(ticks) * TICK_S
+def _ticks(scenarios: Sequence[Scenario]) -> float:
+    """Return how many ticks all users of sessions make."""
+    return sum(each.duration_s / each.tick_s * len(each.users) for each in scenarios)
