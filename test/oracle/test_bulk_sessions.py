@@ -90,6 +90,14 @@ def test_a_scene_is_never_compiled():
     assert can_run(parse_scenario(mapping | {"server": {"environment": "cube"}}))
 
 
+def test_what_is_kept_depends_on_the_laws_of_hands_and_devices_too(nothing_marked, monkeypatch):
+    read = []
+    monkeypatch.setattr(Path, "read_bytes", lambda file: read.append(file.name) or b"")
+    compiled.kept_in.cache_clear()
+    compiled.kept_in()
+    assert {"user_tick.py", "device.py", "hand.py", "loop.py"} <= set(read)
+
+
 def test_a_compiled_loop_is_kept_for_later_processes_by_the_sources_of_the_laws(tmp_path):
     program = (
         "from pmwvc_core.compiled import compiled\n"

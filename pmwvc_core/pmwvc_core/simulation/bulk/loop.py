@@ -51,11 +51,12 @@ def put(values: Vector, into: Array, first: int) -> None:
         into[first + i] = values[i]
 
 
-def write(packet: Packet, link: int, packets: Array) -> None:
-    """Write a packet that a link carries into the row of its number."""
-    rest = packet.energy_j, packet.period_s, float(packet.sent_ns)
-    signals = packet.wave + packet.integral + packet.position
-    put(signals + rest, packets[link, packet.number - 1], 0)
+def write(sent: list[Packet], into: Array) -> None:
+    """Write the packets that a link has carried, one a row."""
+    for k in range(len(sent)):
+        packet = sent[k]
+        rest = packet.energy_j, packet.period_s, float(packet.sent_ns)
+        put(packet.wave + packet.integral + packet.position + rest, into[k], 0)
 
 
 def arrived(
@@ -79,7 +80,7 @@ def note_step(
     for k in range(len(counted)):  # accounts follow the two energies; there may be none
         energies[row, k if k < 2 else 1 + 4 * users + k] = counted[k]
     energies[row, 2] = at.dissipated_j
-    target = offset(max(server.task_s, 0.0) if server.task_s < math.inf else 0.0, task)
+    target = offset(server.task_s if server.task_s < math.inf else 0.0, task)
     put(target, steps[len(steps) - 1, row], 0)
     put(at.body.x, steps[0, row], 0)
     put(at.body.xd, steps[1, row], 0)
@@ -110,13 +111,12 @@ class EndParams(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Ticks, their length, the server's steps in ticks; numbers of users and axes: 0, 1 ..."""
+    """Ticks, their length, the server's steps in ticks; numbers of users: 0, 1 ..."""
 
     ticks: int
     tick_ns: int
     period_ticks: int
     users: tuple[int, ...]
-    axes: tuple[int, ...]
 
 
 def session(
@@ -131,19 +131,22 @@ def session(
     guests = each(_opened_guest, (server.guests,))
     serves = [Server(guests, server.environment, server.task_s)]
     sent, answered = each(_none, (clock.users,), empty), each(_none, (clock.users,), empty)
-    runs = each(_opened_end, (ends, users, clock.users, sent), packets)
+    runs = each(_opened_end, (ends, users, sent))
     tick, step = 0, 0
     while tick < clock.ticks:
         came, fit = columns(each(arrived, (p.guests, up, sent), step, empty))
         if False in fit:
             return False
         serves[0], answers = server_step(serves[0], tick * clock.tick_ns, came, 0.0, p)
-        each(_posted, (answers, clock.users, answered), packets)
+        each(_posted, (answers, answered))
         note_step(serves[0], step, p, task, steps, energies, presence)
         rows = runs, users, clock.users, down, sent, answered
-        if False in each(_ran, rows, tick, clock, empty, packets, signals, blocks):
+        if False in each(_ran, rows, tick, clock, empty, signals, blocks):
             return False
         tick, step = tick + clock.period_ticks, step + 1
+    for k in range(len(sent)):
+        write(sent[k], packets[2 * k])
+        write(answered[k], packets[2 * k + 1])
     return True
 
 
@@ -151,13 +154,11 @@ def _none(number: int, empty: list[Packet]) -> list[Packet]:
     return empty.copy()
 
 
-def _opened_end(
-    s: UserRun, p: EndParams, number: int, sent: list[Packet], packets: Array
-) -> list[UserRun]:
+def _opened_end(s: UserRun, p: EndParams, sent: list[Packet]) -> list[UserRun]:
     """Return the place of an end, which has sent its first packet."""
     arrivals, port = opened(s.user.arrivals), opened(s.user.port)
     at = [s._replace(user=s.user._replace(arrivals=arrivals, port=port))]
-    _sent(at, p, number, 0, 0, sent, packets)
+    _sent(at, p, 0, 0, sent)
     return at
 
 
@@ -165,33 +166,26 @@ def _opened_guest(s: Guest) -> Guest:
     return s._replace(arrivals=opened(s.arrivals))
 
 
-def _sent(
-    at: list[UserRun], p: EndParams, number: int, tick: int, now_ns: int, sent: list[Packet],
-    packets: Array,
-) -> None:  # fmt: skip
+def _sent(at: list[UserRun], p: EndParams, tick: int, now_ns: int, sent: list[Packet]) -> None:
     """Start a frame: its packet leaves."""
     s = at[0]
     sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns, False)
     user, packet, _ = send(s.user, now_ns, sample, False, p.user)
     sent.append(packet)
-    write(packet, 2 * number, packets)
     at[0] = s._replace(user=begin(user, tick, p.user))
 
 
-def _posted(
-    answer: tuple[Packet, bool], number: int, answered: list[Packet], packets: Array
-) -> bool:
+def _posted(answer: tuple[Packet, bool], answered: list[Packet]) -> bool:
     packet, sends = answer
     if sends:
         answered.append(packet)
-        write(packet, 2 * number + 1, packets)
     return sends
 
 
 def _ran(
     at: list[UserRun], p: EndParams, number: int, down: Taken, sent: list[Packet],
-    answered: list[Packet], begin_tick: int, clock: Clock, empty: list[Packet], packets: Array,
-    signals: Array, blocks: Array,
+    answered: list[Packet], begin_tick: int, clock: Clock, empty: list[Packet], signals: Array,
+    blocks: Array,
 ) -> bool:  # fmt: skip
     """Run a user up to the next step of the server; tell whether its packets were fit."""
     for tick in range(begin_tick, min(begin_tick + clock.period_ticks, clock.ticks)):
@@ -215,7 +209,7 @@ def _ran(
         if last or tick + 1 >= user.next_frame:
             _note(at[0], p, number, blocks)
             if not last:
-                _sent(at, p, number, tick + 1, now_ns + clock.tick_ns, sent, packets)
+                _sent(at, p, tick + 1, now_ns + clock.tick_ns, sent)
     return True
 
 

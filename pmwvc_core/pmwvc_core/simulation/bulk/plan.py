@@ -92,9 +92,9 @@ def plan_of(network: Network) -> Plan:
     for end in (*up, *down):
         end.link.drain(end_ns)
     links = [end.link for end in up], [end.link for end in down]
-    taken = (tuple(end.taken(network.ticks) for end in ends) for ends in (up, down))
+    taken_up, taken_down = (tuple(end.taken(network.ticks) for end in ends) for ends in (up, down))
     looks_ns = range(0, end_ns, every * tick_ns), range(0, end_ns, tick_ns)
-    return Plan(*links, *taken, looks_ns)
+    return Plan(*links, taken_up, taken_down, looks_ns)
 
 
 class _End:

@@ -68,7 +68,7 @@ def prepared(scenario: Scenario) -> tuple[tuple[Any, ...], Network]:
     p = server_params(users, scenario, scenario.server)
     server = resting_server(users, scenario, p)
     paces = network.ticks, network.tick_ns, network.period_ticks
-    clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
+    clock = Clock(*paces, tuple(range(len(users))))
     return (ends, server, of_ends, p, clock, task_of(scenario.task, scenario.dof)), network
 
 
