@@ -24,7 +24,7 @@ from numba.extending import models, overload, register_model
 
 from pmwvc_core.law import vectors
 from pmwvc_core.law.family import Family
-from pmwvc_core.unrolled import is_law, relinked, unrolled
+from pmwvc_core.unrolled import LAWS, is_law, relinked, unrolled
 
 # As quick as 3 here, compiled in two thirds of the time.
 numba.config.OPT = type(numba.config.OPT)(1)
@@ -91,8 +91,8 @@ def kept_in() -> Path:
     """
     package = Path(vectors.__file__).resolve().parents[1]
     total = hashlib.sha256(f"{numba.__version__} {package}".encode())
-    for part in ("law", "simulation"):
-        for file in sorted((package / part).rglob("*.py")):
+    for part in LAWS:
+        for file in sorted((package / part.rpartition(".")[2]).rglob("*.py")):
             total.update(file.read_bytes())
     folder = Path.home() / ".cache" / "pmwvc" / total.hexdigest()[:16]
     folder.mkdir(parents=True, exist_ok=True)

@@ -66,8 +66,8 @@ def nothing_marked(monkeypatch):
 def test_many_sessions_of_a_kind_are_compiled_once_and_are_those_stepped_alone(
     nothing_marked, monkeypatch, caplog
 ):
-    monkeypatch.setattr(bulk, "COMPILING_S", 0.1)
-    monkeypatch.setattr(bulk, "LOADING_S", 0.05)
+    monkeypatch.setattr(bulk, "COMPILING_TICKS", 3000)
+    monkeypatch.setattr(bulk, "LOADING_TICKS", 1500)
     mapping = yaml.safe_load((CONFIG / "carry_16ms.yaml").read_text("utf-8"))
     mapping |= {"channel": "strict", "users": 1, "duration_s": 2.0}
     mapping["task"] |= {"grip_s": 0.05, "grip_rise_s": 0.3, "move_s": 0.5}
@@ -88,6 +88,14 @@ def test_a_scene_is_never_compiled():
     mapping = yaml.safe_load((CONFIG / "lift.yaml").read_text("utf-8"))
     assert not can_run(parse_scenario(mapping))
     assert can_run(parse_scenario(mapping | {"server": {"environment": "cube"}}))
+
+
+def test_what_is_kept_depends_on_the_laws_of_hands_and_devices_too(nothing_marked, monkeypatch):
+    read = []
+    monkeypatch.setattr(Path, "read_bytes", lambda file: read.append(file.name) or b"")
+    compiled.kept_in.cache_clear()
+    compiled.kept_in()
+    assert {"user_tick.py", "device.py", "hand.py", "loop.py"} <= set(read)
 
 
 def test_a_compiled_loop_is_kept_for_later_processes_by_the_sources_of_the_laws(tmp_path):

@@ -18,7 +18,6 @@ from pmwvc_core.network.effects import mean_s
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.network.link import Link
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.network.queues import KEPT_NS
 from pmwvc_core.params import LinkParams
 
 PACKETS, PERIOD_NS, START_NS = 10_000, 8_000_000, 5_000_000_000
@@ -150,5 +149,5 @@ any_settings = st.builds(
 def test_fates_under_any_settings_are_those_of_the_oracle(params, seed, gaps):
     time_ns = START_NS + np.cumsum(np.array([0, *gaps], dtype=np.int64))
     wanted = link_oracle.fates(params, (seed, 1, 1), time_ns)
-    assume(wanted.due_ns.max() - START_NS < KEPT_NS)  # longer than any delay
+    assume(wanted.due_ns.max() - START_NS < 1_000_000_000_000)  # slots are made one by one
     assert_as_computed(*driven(params, (seed, 1, 1), time_ns), wanted)

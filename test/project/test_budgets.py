@@ -39,9 +39,9 @@ ROOMS = {
             *inside("pmwvc_master", "devices/mapped.py"),
         ),
     ),
-    "laws": Room(5_927, 5_700, inside("pmwvc_core", "law")),
+    "laws": Room(5_925, 5_700, inside("pmwvc_core", "law")),
     "what makes, extends and compiles laws": Room(
-        3_224,
+        3_196,
         2_500,
         inside(
             "pmwvc_core",
@@ -50,10 +50,10 @@ ROOMS = {
         ),
     ),
     "links and packets": Room(
-        2_197, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
+        2_195, 2_500, inside("pmwvc_core", "network", "transport", "quaternions.py")
     ),
     "sessions": Room(
-        4_713,
+        4_692,
         4_700,
         (
             *inside(

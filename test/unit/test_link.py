@@ -12,8 +12,9 @@ from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.network.distributions import DISTRIBUTIONS
 from pmwvc_core.network.effects import conflicts, longest_s, mean_s
-from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, Fate, FateKind
 from pmwvc_core.network.link import Link
+from pmwvc_core.network.queues import Slots
 from pmwvc_core.params import LinkParams
 
 MS = 1_000_000
@@ -89,6 +90,14 @@ def test_packets_that_are_sent_at_once_overtake():
     assert 5 <= len(first) <= 15
     out = [payload for payload, _ in channel.arrivals(10**12)]
     assert out == first + [n for n in range(50) if n not in first]
+
+
+def test_a_packet_that_takes_minutes_leaves_the_slots_of_those_after_it():
+    slots, p, second_ns = Slots(lambda number: 0.5), LinkParams(slot_max_s=0.02), 1_000_000_000
+    for in_s, due_s, arrives_s in ((0, 450, 450), (1, 1.003, 1.01), (2, 400, 400), (3, 3, 3)):
+        times_ns = round(due_s * second_ns), round(arrives_s * second_ns)
+        fate = Fate(1, in_s * second_ns, size=140)
+        assert slots.arrives_ns(p, fate, times_ns[0], 0) == times_ns[1]
 
 
 @pytest.mark.parametrize("jitter", ["gamma", "lognormal", "pareto", "quantiles"])

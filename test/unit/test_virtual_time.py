@@ -49,12 +49,12 @@ def noted(user, who, seen):
         return step(number, now_ns, sample, packets)
 
     def sent(packet, now_ns):
-        seen.append((now_ns, "SEND", who, user.ticks.next))
+        seen.append((now_ns, "SEND", who, user.ticks.ran[user.ticks.next]))
         send(packet, now_ns)
 
     def passed(most):
         for number in passing(most):
-            seen.append((user.ticks.at_ns[number], "PASS", who, number))
+            seen.append((user.ticks.at_ns[user.ticks.next], "PASS", who, number))
             yield number
 
     user.loop.tick, user.up.send, user.ticks.passing = tick, sent, passed

@@ -16,8 +16,6 @@ from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.simulation.traces import traces_of
 from pmwvc_core.traces import SessionTraces
 
-COMPILING_S = 15.0  # worth it: what is compiled is kept for later runs
-
 
 def can_compile(scenario: Scenario) -> bool:
     """Tell whether sessions like this one can be compiled: methods from outside cannot."""
@@ -27,7 +25,7 @@ def can_compile(scenario: Scenario) -> bool:
 def pays(sessions: int, scenario: Scenario) -> bool:
     """Tell whether so many sessions take so long interpreted that compiling them pays."""
     ticks = scenario.duration_s / scenario.tick_s * len(scenario.users)
-    return sessions * ticks * bulk.TICK_S > COMPILING_S and can_compile(scenario)
+    return sessions * ticks > bulk.COMPILING_TICKS and can_compile(scenario)
 
 
 def simulated(scenario: Scenario, *, compiled: bool) -> SessionTraces:

@@ -193,7 +193,7 @@ class ServerEnd(PortEnd):
             a, shown = port.avatar, port_shown(p, e, user)
             motion = map(value, (port.x_s, a.xd, a.f, a.u, shown.v_s))
             of_users.append((*motion, port.u_j, port.v_j, shown.touches))
-        target = offset(max(time_s, 0.0) if time_s < math.inf else 0.0, self._task)
+        target = offset(time_s if time_s < math.inf else 0.0, self._task)
         of_object = value(e.body.x), value(e.body.xd), value(target)
         sums, columns = (kinetic, potential, e.dissipated_j), zip(*of_users, strict=True)
         accounts = dict(zip(self._accounts, energies, strict=False))

@@ -86,6 +86,16 @@ def dot(a: Vector, b: Vector) -> float:
     return total
 
 
+def row(number: int, table: Any, axes: tuple[int, ...]) -> Vector:
+    """Return a row of an array ``(rows, axes)`` as a vector."""
+    found: Vector = each(_element, (axes,), table, number)
+    return found
+
+
+def _element(axis: int, table: Any, number: int) -> float:
+    return float(table[number, axis])
+
+
 def squared(a: Vector) -> float:
     """Return |a|^2."""
     return dot(a, a)

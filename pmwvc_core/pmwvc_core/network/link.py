@@ -162,7 +162,7 @@ class Link(InFlight):
             delay_s += hook(fate)
         due_ns = ready_ns + (0 if at_once else max(0, round(delay_s * 1e9))) + recorded_ns
         if on.slots:
-            due_ns = self._slots.arrives_ns(p, due_ns, self._begin_ns or 0)
+            due_ns = self._slots.arrives_ns(p, fate, due_ns, self._begin_ns or 0)
         for hook in hooks["arrives_ns"]:
             due_ns = hook(fate, due_ns)
         self._enter(payload, fate, self._order.arrives_ns(p, fate, due_ns))

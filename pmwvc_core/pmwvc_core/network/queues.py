@@ -13,7 +13,6 @@ from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
 LEAST_NS = 1000  # between two instants of slots
-KEPT_NS = 200_000_000_000  # how long an instant is remembered; longer than any delay
 
 
 class Drain:
@@ -85,8 +84,8 @@ class Slots:
         self._number = 0  # of slots so far
         self._ends_ns: list[int] = []
 
-    def arrives_ns(self, p: LinkParams, due_ns: int, begin_ns: int) -> int:
-        """Return the first instant at ``due_ns`` or later; forget those long past."""
+    def arrives_ns(self, p: LinkParams, fate: Fate, due_ns: int, begin_ns: int) -> int:
+        """Return the first instant at ``due_ns`` or later; forget those before it went in."""
         ends = self._ends_ns
         last_ns = ends[-1] if ends else begin_ns
         while not ends or last_ns < due_ns:
@@ -95,6 +94,5 @@ class Slots:
             step_s = p.slot_min_s + (p.slot_max_s - p.slot_min_s) * u
             last_ns += max(round(step_s * 1e9), LEAST_NS)
             ends.append(last_ns)
-        if ends[0] < due_ns - KEPT_NS:
-            del ends[: bisect.bisect_left(ends, due_ns - KEPT_NS // 2)]
+        del ends[: bisect.bisect_left(ends, fate.time_in_ns)]
         return ends[bisect.bisect_left(ends, due_ns)]

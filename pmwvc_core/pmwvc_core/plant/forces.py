@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.law.family import Family
-from pmwvc_core.law.vectors import Vector, each, scaled, zero
+from pmwvc_core.law.vectors import Vector, row, scaled, zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import TaskParams
 
@@ -132,16 +132,6 @@ def rows_of(recording: Array, axes: int) -> Array:
     return rows
 
 
-def row(rows: Array, number: int, axes: tuple[int, ...]) -> Vector:
-    """Return a row of a table as a vector."""
-    found: Vector = each(_element, (axes,), rows, number)
-    return found
-
-
-def _element(axis: int, rows: Array, number: int) -> float:
-    return float(rows[number, axis])
-
-
 @hand_force.member(RecordedForce)
 def _recorded(
     s: RecordedForce, x: Vector, xd: Vector, acts: bool, p: RecordedParams
@@ -151,4 +141,4 @@ def _recorded(
     number, after = s.ticks, RecordedForce(s.ticks + 1)
     if p.repeat:
         number = number % len(p.rows)
-    return after, row(p.rows, number, p.axes) if number < len(p.rows) else zero(x)
+    return after, row(number, p.rows, p.axes) if number < len(p.rows) else zero(x)

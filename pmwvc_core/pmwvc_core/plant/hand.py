@@ -25,10 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, scaled, zero
+from pmwvc_core.law.vectors import Vector, columns, dot, each, minus, plus, row, scaled, zero
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
-from pmwvc_core.plant.forces import Task, closing, hand_force, offset, row, rows_of, task_of
+from pmwvc_core.plant.forces import Task, closing, hand_force, offset, rows_of, task_of
 
 LIGHTEST_DEVICE = 0.05  # [kg]
 
@@ -205,6 +205,6 @@ def _recorded(
     number, last = s.ticks, len(p.y) - 1
     if p.repeat:
         number = number % len(p.y)
-    y = plus(p.start, row(p.y, min(number, last), p.axes))
-    yd = row(p.yd, number, p.axes) if number <= last else zero(x)
+    y = plus(p.start, row(min(number, last), p.y, p.axes))
+    yd = row(number, p.yd, p.axes) if number <= last else zero(x)
     return RecordedHand(s.ticks + 1), grip_force(minus(y, x), minus(yd, xd), p.grip)

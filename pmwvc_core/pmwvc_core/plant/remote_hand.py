@@ -26,6 +26,7 @@ from pmwvc_core.law.vectors import (
     each,
     minus,
     plus,
+    row,
     scaled,
     shortened,
     squared,
@@ -34,7 +35,7 @@ from pmwvc_core.law.vectors import (
 )
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params import OperatorParams
-from pmwvc_core.plant.forces import Task, closing, hand_force, offset, row
+from pmwvc_core.plant.forces import Task, closing, hand_force, offset
 from pmwvc_core.plant.hand import Arm, Grip, arm_step, grip_force, grip_of
 
 SILENT_S = 0.15
@@ -191,7 +192,7 @@ def _table(
         return s, zero(x)
     hand, number = s.hand, s.next
     while number < len(p.ticks) and p.ticks[number] <= s.tick:
-        hand = remote_target(hand, row(p.rows, number, p.axes))
+        hand = remote_target(hand, row(number, p.rows, p.axes))
         number += 1
     hand, f_h = remote_force(hand, x, xd, acts, p.hand)
     return TableHand(hand, s.tick + 1, number), f_h

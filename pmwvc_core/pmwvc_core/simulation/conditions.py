@@ -7,7 +7,7 @@ loops ran.
 """
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -126,41 +126,34 @@ def columns(values: Iterable[Value], axes: int) -> Array:
 
 
 class Ticks:
-    """The ticks of a user's loop, counted by the session, of which there are so many."""
+    """The ticks of a user's loop that run, counted by the session, of which there are so many."""
 
     def __init__(self, first: int, ran_ns: Integers | None, ticks: int, tick_ns: int) -> None:
         self.count, self.first = ticks, first  # first: where the loop counts 0
-        self.next = first  # that runs or passes
-        # Time of every tick of the session up to the last that runs.
-        self.at_ns: Sequence[int] = range(0, ticks * tick_ns, tick_ns)
-        self._missed: frozenset[int] = frozenset()  # in between; they pass when it runs again
+        self.ran: Sequence[int] = range(first, ticks)
+        self.at_ns: Sequence[int] = range(first * tick_ns, ticks * tick_ns, tick_ns)
         if ran_ns is not None:
-            ran = np.flatnonzero(ran_ns[:ticks] >= 0)
-            ran = ran[ran >= first]
-            every = np.arange(ran[-1] + 1 if len(ran) else 0)
-            self.next = int(ran[0]) if len(ran) else 0
-            self.at_ns = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
-            self._missed = frozenset(np.setdiff1d(every[self.next :], ran).tolist())
-        self._ran = self.next - 1  # the last tick that ran
+            ran = first + np.flatnonzero(ran_ns[first:ticks] >= 0)
+            self.ran, self.at_ns = ran.tolist(), ran_ns[ran].tolist()
+        self.next = 0  # of them
+        self._reached = self.ran[0] if self.ran else 0  # before it all have run or passed
 
-    def passing(self, most: int) -> Iterator[int]:
-        """Pass what was missed; yield the ticks before ``most`` after the last one that ran."""
-        while self.next in self._missed:
-            if self.next < self._ran + most:
-                yield self.next
-            self.next += 1
+    def passing(self, most: int) -> range:
+        """Return the ticks that pass before the next that runs, fewer than ``most``; told once."""
+        begin, self._reached = self._reached, self.ran[self.next]
+        return range(begin, min(self._reached, begin + most - 1))
 
-    def take(self, before_ns: int, ends: int) -> tuple[range, bool]:
-        """Take a frame's ticks before an instant [ns]; return also whether they are its last."""
-        begin, ends = self.next, min(ends, len(self.at_ns))
-        after = bisect_left(self.at_ns, before_ns, begin, ends)
-        if self._missed:
-            after = next((k for k in range(begin, after) if k in self._missed), after)
-        self._ran, following = after - 1, after
-        while following in self._missed:
-            following += 1
-        self.next = after
-        return range(begin, after), following >= ends
+    def take(self, before_ns: int, ends: int) -> tuple[slice, bool]:
+        """Take a frame's ticks before an instant [ns] that run one after the other; return also
+        whether they are its last.
+        """
+        begin, number = self.next, self.ran[self.next]
+        after = bisect_left(self.at_ns, before_ns, begin)
+        after = bisect_left(self.ran, ends, begin, after)
+        while self.ran[after - 1] - number != after - 1 - begin:  # behind a gap
+            after -= 1
+        self.next, self._reached = after, self.ran[after - 1] + 1
+        return slice(begin, after), after == len(self.ran) or self.ran[after] >= ends
 
 
 class Steps(NamedTuple):

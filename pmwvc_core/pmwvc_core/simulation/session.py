@@ -56,7 +56,7 @@ class SteppedSession:
         self._steps: Iterator[Any] = self._on_grid()
         if recorded:
             self._steps = zip(*(column.tolist() for column in recorded), strict=True)
-        self._recorded, self._due = recorded is not None, -1  # tick of the next step
+        self._due = -1  # tick of the next step, if it runs
         self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
     def run(self, progress: Callable[[float], None]) -> None:
@@ -99,8 +99,7 @@ class SteppedSession:
                     user.down.send(answer, now_ns)
             if row is not None:
                 self._note_step(self._tick, now_ns, row)
-            if self._recorded:
-                self._due = self._tick + round(self.server.p.period_s * 1e9 / self.tick_ns)
+            self._due = self._tick + round(self.server.p.period_s * 1e9 / self.tick_ns)
             self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
     def _on_grid(self) -> Iterator[Due]:

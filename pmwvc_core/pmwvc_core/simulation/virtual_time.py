@@ -74,8 +74,8 @@ class SimulatedUser:
         for _ in ticks.passing(self._catch_up):
             self.device.sense(self._acts)
             self.device.step(self._f)
-        now_ns = ticks.at_ns[ticks.next]
-        packet = self.loop.start_frame(ticks.next - ticks.first, now_ns, self.device.sample)
+        number, now_ns = ticks.ran[ticks.next] - ticks.first, ticks.at_ns[ticks.next]
+        packet = self.loop.start_frame(number, now_ns, self.device.sample)
         if packet is not None:
             self.up.send(packet, now_ns)
         return True
@@ -84,28 +84,24 @@ class SimulatedUser:
         """Run the ticks that are due before an instant [ns]; note energies where a frame ends."""
         while self.send(before_ns - 1):
             ends = self.ticks.first + self.loop.s.next_frame
-            ticks, over = self.ticks.take(before_ns, ends)
-            times_ns = self.ticks.at_ns[ticks.start : ticks.stop]
+            taken, over = self.ticks.take(before_ns, ends)
+            ticks, times_ns = self.ticks.ran[taken], self.ticks.at_ns[taken]
             self.notes.ticks += ticks
             self.notes.times_ns += times_ns
             values = self._advance(ticks, times_ns)
-            if self._dof == 1:
-                self.notes.signals.extend(values)  # type: ignore[arg-type]
-            else:
-                self.notes.signals.frombytes(columns(values, self._dof).tobytes())
+            self.notes.signals.frombytes(columns(values, self._dof).tobytes())
             if over:
                 report, device = self.loop.report(), self.device.s
                 sums = [*report[2:6], device.against_j, device.by_hand_j]
                 self.notes.frames.append((ends, report, sums, self.loop.changes))
 
-    def _advance(self, ticks: range, times_ns: Sequence[int]) -> list[Value]:
+    def _advance(self, ticks: Sequence[int], times_ns: Sequence[int]) -> list[Value]:
         device, loop = self.device, self.loop
         first, acts = self.ticks.first, self._acts
-        numbers = range(ticks.start - first, ticks.stop - first)
         packets: Sequence[WavePacket] = ()
         due_ns = self.down.link.next_due_ns
         values: list[Value] = []
-        for number, now_ns in zip(numbers, times_ns, strict=True):
+        for tick, now_ns in zip(ticks, times_ns, strict=True):
             if not acts:
                 # In the soft start the hand would push the device away from its avatar.
                 acts = loop.s.coupled or (loop.s.limits.ready and not self._live)
@@ -113,7 +109,7 @@ class SimulatedUser:
             if due_ns is not None and due_ns <= now_ns:
                 packets = self.down.collect(now_ns)
                 due_ns = self.down.link.next_due_ns
-            f, _, row = loop.tick(number, now_ns, sample, packets)
+            f, _, row = loop.tick(tick - first, now_ns, sample, packets)
             packets = ()
             device.step(f)
             values += row

@@ -213,10 +213,8 @@ def bank_filters(params: BankParams, *, tick_s: float) -> BankSections:
     v = H1 v1 + H2 v2. |H1|^2 + |H2|^2 = 1, also sampled: neither makes energy.
     """
     if params.kind == "complementary":
-        c = params.split_rad_s * (0.5 * tick_s)  # bilinear, a = split_rad_s
-        pole = (c - 1.0) / (1.0 + c)
-        low = np.array([[c / (1.0 + c), c / (1.0 + c), 0.0, 1.0, pole, 0.0]])
-        high = np.array([[1.0 / (1.0 + c), -1.0 / (1.0 + c), 0.0, 1.0, pole, 0.0]])
+        a = params.split_rad_s
+        low, high = (bilinear_sections(1, a, tick_s, side) for side in ("low", "high"))
         return BankSections(low, low, high, high)
     high, low = (_bank_butterworth(params, side, tick_s) for side in ("high", "low"))
     return BankSections(None, None, high, low)

@@ -26,22 +26,14 @@ from pmwvc_core.law.motion import Body, BodyLaw, imbalance, mobility
 from pmwvc_core.law.server.contacts import Avatar, Contact, touching
 from pmwvc_core.law.server.coupling import Step, carried, implicit, solved_contact
 from pmwvc_core.law.server.springs import ROUNDING, Spring, Yield, loop_force, spring_answer
-from pmwvc_core.law.vectors import Vector, dot, each, length, minus, plus, scaled, times, zero
+from pmwvc_core.law.vectors import Vector, dot, each, length, minus, plus, row, scaled, times, zero
 from pmwvc_core.law.wave.wave import ImpedanceMatrix, Rows, applied, free_velocity, loaded, outer
 
 
 def loop_inverse(loop: Rows, numbers: tuple[int, ...]) -> Rows:
     """Return (1 + loop)^-1, a matrix of so many axes."""
     inverse = np.linalg.inv(np.eye(len(numbers)) + np.array(loop))
-    return each(_row, (numbers,), inverse, numbers)
-
-
-def _row(row: int, a: np.ndarray, numbers: tuple[int, ...]) -> Vector:
-    return each(_element, (numbers,), a, row)
-
-
-def _element(column: int, a: np.ndarray, row: int) -> float:
-    return float(a[row, column])
+    return each(row, (numbers,), inverse, numbers)
 
 
 def _first(row: Vector) -> float:

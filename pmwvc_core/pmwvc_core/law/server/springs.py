@@ -69,11 +69,7 @@ def stored(s: Spring, law: ContactLaw) -> float:
 
 def force_at(s: Spring, rate: float, held: bool, law: ContactLaw) -> float:
     """Return the force [N] at the present deflection and a relative velocity [m/s]."""
-    force = law.stiffness * s.deflection + law.damping * rate
-    acts = held
-    if s.one_sided:
-        acts = depth(s, law) > 0.0 and law.inward * force > 0.0
-    return force if acts else 0.0
+    return loop_force(s, rate, 0.0, math.inf, 0.0, held, law)
 
 
 def loop_force(

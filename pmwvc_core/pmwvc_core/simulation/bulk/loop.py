@@ -4,9 +4,10 @@
 plan of the network says of their packets (:mod:`.plan`).
 
 The server steps; then loop and device of every user, one after the other, run up to the next step:
-they meet in packets alone. Where a frame is over, its packet leaves. The arrays of a book are each
-handed on by themselves: to take one out of a tuple costs more than a law. The state of each end
-stands in a list of one: as a variable all of it would be copied wherever branches meet.
+they meet in packets alone. Where a frame is over, its packet leaves; every link keeps what it has
+carried. The arrays of a book are each handed on by themselves: to take one out of a tuple costs
+more than a law. The state of each end stands in a list of one: as a variable all of it would be
+copied wherever branches meet.
 """
 
 import math
@@ -23,15 +24,19 @@ from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.device import device_step
 from pmwvc_core.plant.forces import Task, hand_force, offset
 
-OF_PACKET = 8  # columns behind wave, integral, position: energy, period, time, flags, echo, level
+OF_PACKET = 3  # columns behind wave, integral, position: energy, period, time
+
+
+class Taken(NamedTuple):
+    """What a receiver takes of the packets of its link, in order, by the plan of the network."""
+
+    rows: Integers  # ``(taken, 3)``: number of the packet from 0, anew, lost before it
+    before: Integers  # how many before each step of the server, or tick of a master, and in all
 
 
 class Book(NamedTuple):
-    """What a session reads and writes."""
+    """What a session writes."""
 
-    # Packets accepted in order ``(accepted, 5)``: tick, user, number from 0, anew, lost before it.
-    up: Integers
-    down: Integers
     packets: Array  # sent, by link ``(2 users, packets, 3 axes + OF_PACKET)``: up and down of each
     signals: Array  # ``(users, 8, ticks, axes)``
     blocks: Array  # ``(users, blocks, 4 + energies)``: cause, interventions, work; of the port
@@ -40,53 +45,30 @@ class Book(NamedTuple):
     presence: Integers  # ``(steps, users)``
 
 
-def after(rows: Integers, row: int, tick: int) -> int:
-    """Return the first row behind those up to a tick."""
-    while row < len(rows) and rows[row, 0] <= tick:
-        row += 1
-    return row
-
-
 def put(values: Vector, into: Array, first: int) -> None:
     """Write values one after the other into a row."""
     for i in range(len(values)):
         into[first + i] = values[i]
 
 
-def write(packet: Packet, link: int, packets: Array) -> None:
-    """Write a packet that a link carries into the row of its number."""
-    times = packet.energy_j, packet.period_s, float(packet.sent_ns)
-    flags = 1.0 * packet.short, 1.0 * packet.waits, 1.0 * packet.anew  # float() takes no flag
-    rest = *times, *flags, float(packet.echo), float(packet.level)
-    signals = packet.wave + packet.integral + packet.position
-    put(signals + rest, packets[link, packet.number - 1], 0)
+def write(sent: list[Packet], into: Array) -> None:
+    """Write the packets that a link has carried, one a row."""
+    for k in range(len(sent)):
+        packet = sent[k]
+        rest = packet.energy_j, packet.period_s, float(packet.sent_ns)
+        put(packet.wave + packet.integral + packet.position + rest, into[k], 0)
 
 
-def taken(
-    number: int, p: Any, way: int, rows: Integers, since: int, until: int, packets: Array,
-    empty: list[Packet], axes: tuple[int, ...],
-) -> tuple[list[Packet], bool]:  # fmt: skip
-    """Return a user's packets among rows accepted now, and whether the end takes them (its p)."""
-    found, fit, n, link = empty.copy(), True, len(axes), 2 * number + way
-    for row in range(since, until):
-        if rows[row, 1] == number:
-            k = rows[row, 2]
-            wave = each(_element, (axes,), packets, link, k, 0)
-            integral = each(_element, (axes,), packets, link, k, n)
-            position = each(_element, (axes,), packets, link, k, 2 * n)
-            fit = fit and squared(wave) <= p.arrivals.longest**2  # not so where it is no number
-            found.append(Packet(
-                k + 1, int(packets[link, k, 3 * n + 2]), packets[link, k, 3 * n + 1], wave,
-                integral, packets[link, k, 3 * n], position, packets[link, k, 3 * n + 3] != 0.0,
-                packets[link, k, 3 * n + 4] != 0.0, packets[link, k, 3 * n + 5] != 0.0, False,
-                int(packets[link, k, 3 * n + 7]), (),
-                int(packets[link, k, 3 * n + 6]), rows[row, 3] != 0, rows[row, 4], 0,
-            ))  # fmt: skip
+def arrived(
+    p: Any, plan: Taken, sent: list[Packet], look: int, empty: list[Packet]
+) -> tuple[list[Packet], bool]:
+    """Return what an end (its p) takes in its step or tick; whether no wave is too long for it."""
+    found, fit, rows = empty.copy(), True, plan.rows
+    for row in range(plan.before[look], plan.before[look + 1]):
+        packet = sent[rows[row, 0]]
+        fit = fit and squared(packet.wave) <= p.arrivals.longest**2  # not so where it is no number
+        found.append(packet._replace(fresh=rows[row, 1] != 0, lost=rows[row, 2]))
     return found, fit
-
-
-def _element(axis: int, packets: Array, link: int, row: int, first: int) -> float:
-    return float(packets[link, row, first + axis])
 
 
 def note_step(
@@ -98,7 +80,7 @@ def note_step(
     for k in range(len(counted)):  # accounts follow the two energies; there may be none
         energies[row, k if k < 2 else 1 + 4 * users + k] = counted[k]
     energies[row, 2] = at.dissipated_j
-    target = offset(max(server.task_s, 0.0) if server.task_s < math.inf else 0.0, task)
+    target = offset(server.task_s if server.task_s < math.inf else 0.0, task)
     put(target, steps[len(steps) - 1, row], 0)
     put(at.body.x, steps[0, row], 0)
     put(at.body.xd, steps[1, row], 0)
@@ -112,13 +94,12 @@ def note_step(
 
 
 class UserRun(NamedTuple):
-    """A user with device and hand; how many rows of the plan it has passed."""
+    """A user with device and hand."""
 
     user: ForceLoop
     device: Any
     hand: Any
     acts: bool
-    taken: int
 
 
 class EndParams(NamedTuple):
@@ -130,50 +111,54 @@ class EndParams(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Ticks, their length, the server's steps in ticks; numbers of users and axes: 0, 1 ..."""
+    """Ticks, their length, the server's steps in ticks; numbers of users: 0, 1 ..."""
 
     ticks: int
     tick_ns: int
     period_ticks: int
     users: tuple[int, ...]
-    axes: tuple[int, ...]
 
 
 def session(
     ends: tuple[UserRun, ...], server: Server, users: tuple[EndParams, ...], p: Any, clock: Clock,
-    task: Task, book: Book,
+    task: Task, up: tuple[Taken, ...], down: tuple[Taken, ...], book: Book,
 ) -> bool:  # fmt: skip
     """Run a session; tell whether all went by the plan."""
-    up, down, packets, signals = book.up, book.down, book.packets, book.signals
-    blocks, steps, energies, presence = book.blocks, book.steps, book.energies, book.presence
+    packets, signals, blocks = book.packets, book.signals, book.blocks
+    steps, energies, presence = book.steps, book.energies, book.presence
     empty = [ends[0].user.newest]
     empty.pop()
     guests = each(_opened_guest, (server.guests,))
     serves = [Server(guests, server.environment, server.task_s)]
-    runs = each(_opened_end, (ends, users, clock.users), packets)
-    tick, step, taken_up = 0, 0, 0
+    sent, answered = each(_none, (clock.users,), empty), each(_none, (clock.users,), empty)
+    runs = each(_opened_end, (ends, users, sent))
+    tick, step = 0, 0
     while tick < clock.ticks:
-        since, taken_up = taken_up, after(up, taken_up, tick)
-        rows = clock.users, p.guests
-        came, fit = columns(each(taken, rows, 0, up, since, taken_up, packets, empty, clock.axes))
+        came, fit = columns(each(arrived, (p.guests, up, sent), step, empty))
         if False in fit:
             return False
         serves[0], answers = server_step(serves[0], tick * clock.tick_ns, came, 0.0, p)
-        each(_posted, (answers, clock.users), packets)
+        each(_posted, (answers, answered))
         note_step(serves[0], step, p, task, steps, energies, presence)
-        fit = each(_ran, (runs, users, clock.users), tick, clock, empty, down, packets, signals,
-                   blocks)  # fmt: skip
-        if False in fit:
+        rows = runs, users, clock.users, down, sent, answered
+        if False in each(_ran, rows, tick, clock, empty, signals, blocks):
             return False
         tick, step = tick + clock.period_ticks, step + 1
+    for k in range(len(sent)):
+        write(sent[k], packets[2 * k])
+        write(answered[k], packets[2 * k + 1])
     return True
 
 
-def _opened_end(s: UserRun, p: EndParams, number: int, packets: Array) -> list[UserRun]:
+def _none(number: int, empty: list[Packet]) -> list[Packet]:
+    return empty.copy()
+
+
+def _opened_end(s: UserRun, p: EndParams, sent: list[Packet]) -> list[UserRun]:
     """Return the place of an end, which has sent its first packet."""
     arrivals, port = opened(s.user.arrivals), opened(s.user.port)
     at = [s._replace(user=s.user._replace(arrivals=arrivals, port=port))]
-    _sent(at, p, number, 0, 0, packets)
+    _sent(at, p, 0, 0, sent)
     return at
 
 
@@ -181,35 +166,35 @@ def _opened_guest(s: Guest) -> Guest:
     return s._replace(arrivals=opened(s.arrivals))
 
 
-def _sent(
-    at: list[UserRun], p: EndParams, number: int, tick: int, now_ns: int, packets: Array
-) -> None:
+def _sent(at: list[UserRun], p: EndParams, tick: int, now_ns: int, sent: list[Packet]) -> None:
     """Start a frame: its packet leaves."""
     s = at[0]
     sample = Sample(s.device.read_x, s.device.read_xd, True, now_ns, False)
     user, packet, _ = send(s.user, now_ns, sample, False, p.user)
-    write(packet, 2 * number, packets)
+    sent.append(packet)
     at[0] = s._replace(user=begin(user, tick, p.user))
 
 
-def _posted(answer: tuple[Packet, bool], number: int, packets: Array) -> bool:
+def _posted(answer: tuple[Packet, bool], answered: list[Packet]) -> bool:
     packet, sends = answer
     if sends:
-        write(packet, 2 * number + 1, packets)
+        answered.append(packet)
     return sends
 
 
 def _ran(
-    at: list[UserRun], p: EndParams, number: int, begin_tick: int, clock: Clock,
-    empty: list[Packet], down: Integers, packets: Array, signals: Array, blocks: Array,
+    at: list[UserRun], p: EndParams, number: int, down: Taken, sent: list[Packet],
+    answered: list[Packet], begin_tick: int, clock: Clock, empty: list[Packet], signals: Array,
+    blocks: Array,
 ) -> bool:  # fmt: skip
     """Run a user up to the next step of the server; tell whether its packets were fit."""
     for tick in range(begin_tick, min(begin_tick + clock.period_ticks, clock.ticks)):
         now_ns, last = tick * clock.tick_ns, tick + 1 == clock.ticks
-        taken_down = at[0].taken
-        if taken_down < len(down) and down[taken_down, 0] <= tick:
-            if not _receive(at, p, number, tick, now_ns, empty, down, packets, clock):
+        if down.before[tick] < down.before[tick + 1]:
+            came, fit = arrived(p.user, down, answered, tick, empty)
+            if not fit:
                 return False
+            at[0] = at[0]._replace(user=receive(at[0].user, came, now_ns, p.user))
         s = at[0]
         device, acts = s.device, s.acts or s.user.limits.ready
         # The hand is in touch with the device itself, not with its encoder.
@@ -220,24 +205,12 @@ def _ran(
         for k in range(len(shown)):
             put(shown[k], signals[number, k, tick], 0)
         device, _, _ = device_step(device, f_h, f, p.device)
-        at[0] = s._replace(user=user, device=device, hand=hand, acts=acts)
+        at[0] = UserRun(user, device, hand, acts)
         if last or tick + 1 >= user.next_frame:
             _note(at[0], p, number, blocks)
             if not last:
-                _sent(at, p, number, tick + 1, now_ns + clock.tick_ns, packets)
+                _sent(at, p, tick + 1, now_ns + clock.tick_ns, sent)
     return True
-
-
-def _receive(
-    at: list[UserRun], p: EndParams, number: int, tick: int, now_ns: int, empty: list[Packet],
-    down: Integers, packets: Array, clock: Clock,
-) -> bool:  # fmt: skip
-    """Take in what has come; tell whether it was fit."""
-    s = at[0]
-    until = after(down, s.taken, tick)
-    came, fit = taken(number, p.user, 1, down, s.taken, until, packets, empty, clock.axes)
-    at[0] = s._replace(user=receive(s.user, came, now_ns, p.user), taken=until)
-    return fit
 
 
 def _note(s: UserRun, p: EndParams, number: int, blocks: Array) -> None:

@@ -17,9 +17,9 @@ import numpy as np
 from pmwvc_core.ends.server_end import SERVER_EPOCH
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.network.link import Link
-from pmwvc_core.numeric import Integers
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.bulk.loop import Taken
 from pmwvc_core.simulation.conditions import SimulatedLink
 from pmwvc_core.transport.packet import Receipt, WavePacket
 from pmwvc_core.transport.receiver import Receiver
@@ -42,14 +42,14 @@ class Network(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Plan:
-    """The links of every user after the session, with packets of nothing; what was accepted at
-    their ends (as a :class:`.loop.Book` has it); when the server and the masters looked [ns].
+    """The links of every user after the session, with packets of nothing; what their receivers
+    take; when the server and the masters look [ns].
     """
 
     up: list[SimulatedLink]
     down: list[SimulatedLink]
-    taken_up: Integers
-    taken_down: Integers
+    taken_up: tuple[Taken, ...]
+    taken_down: tuple[Taken, ...]
     looks_ns: tuple[range, range]
 
 
@@ -92,15 +92,16 @@ def plan_of(network: Network) -> Plan:
     for end in (*up, *down):
         end.link.drain(end_ns)
     links = [end.link for end in up], [end.link for end in down]
+    taken_up, taken_down = (tuple(end.taken(network.ticks) for end in ends) for ends in (up, down))
     looks_ns = range(0, end_ns, every * tick_ns), range(0, end_ns, tick_ns)
-    return Plan(*links, _in_order(up), _in_order(down), looks_ns)
+    return Plan(*links, taken_up, taken_down, looks_ns)
 
 
 class _End:
     """One direction (0 up, 1 down): a sender with packets of nothing, the link, the receiver."""
 
     def __init__(self, network: Network, user: int, direction: int) -> None:
-        self._user, self._tick_ns = user, network.tick_ns
+        self._tick_ns, self._looks = network.tick_ns, (network.period_ticks, 1)[direction]
         every = (network.rate_drops[user], network.period_ticks)[direction]
         period_s = every * (network.tick_ns * 1e-9)
         # It follows one sender all along: how long one may be silent decides on nothing here.
@@ -110,7 +111,7 @@ class _End:
         self.link = SimulatedLink(link, self.inbox, network.dof)
         zero = 0.0 if network.dof == 1 else np.zeros(network.dof)
         self._head = (user + 1, SERVER_EPOCH + user)[direction], period_s, (zero, zero, 0.0, zero)
-        self.rows: list[tuple[int, int, int, int, int]] = []
+        self._rows: list[tuple[int, int, int, int]] = []  # tick, and what a :class:`Taken` has
 
     def send(self, tick: int, peer: Receiver) -> None:
         now_ns, number = tick * self._tick_ns, len(self.link.sent) + 1
@@ -125,7 +126,7 @@ class _End:
             lost = self.inbox.lost
             if (verdict := self.inbox.push(packet, now_ns)) in TAKEN:
                 begins, missing = verdict is not TAKEN[0], self.inbox.lost - lost
-                self.rows.append((tick, self._user, packet.seq - 1, begins, missing))
+                self._rows.append((tick, packet.seq - 1, begins, missing))
 
     def look_before(self, tick: int) -> None:
         """Take in what comes before a tick, each at its own."""
@@ -135,7 +136,8 @@ class _End:
                 return
             self.look(due_tick)
 
-
-def _in_order(ends: list[_End]) -> Integers:
-    rows = sorted((row for end in ends for row in end.rows), key=lambda row: row[0])
-    return np.array(rows, dtype=np.int64).reshape(len(rows), 5)
+    def taken(self, ticks: int) -> Taken:
+        """Return what the receiver has taken in so many ticks."""
+        rows = np.array(self._rows, dtype=np.int64).reshape(-1, 4)
+        looks = np.arange(0, ticks + self._looks, self._looks)
+        return Taken(rows[:, 1:].copy(), np.searchsorted(rows[:, 0], looks))

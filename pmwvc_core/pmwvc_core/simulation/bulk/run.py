@@ -32,8 +32,9 @@ from pmwvc_core.simulation.conditions import place_of
 SIGNALS = 8  # of a tick
 OF_BLOCK = 4 + 21  # cause, interventions, work; energies of a port at most
 OF_STEP = 8  # accounts of an environment at most
-TICK_S = 35e-6  # of a user's tick, interpreted
-COMPILING_S, LOADING_S = 40.0, 2.0
+# Ticks of users that take as long interpreted, on any machine, as it takes to compile a kind of
+# session, and to load it.
+COMPILING_TICKS, LOADING_TICKS = 400_000, 10_000
 LOG = logging.getLogger("pmwvc")
 
 
@@ -67,7 +68,7 @@ def prepared(scenario: Scenario) -> tuple[tuple[Any, ...], Network]:
     p = server_params(users, scenario, scenario.server)
     server = resting_server(users, scenario, p)
     paces = network.ticks, network.tick_ns, network.period_ticks
-    clock = Clock(*paces, tuple(range(len(users))), tuple(range(scenario.dof)))
+    clock = Clock(*paces, tuple(range(len(users))))
     return (ends, server, of_ends, p, clock, task_of(scenario.task, scenario.dof)), network
 
 
@@ -76,7 +77,8 @@ def run(scenario: Scenario, session: Callable[..., bool] = session) -> Run:
     begins, network = prepared(scenario)
     plan = plan_of(network)
     book = _book(scenario, network, plan)
-    return Run(scenario, plan, book, session(*begins, book))
+    whole = session(*begins, plan.taken_up, plan.taken_down, book)
+    return Run(scenario, plan, book, whole)
 
 
 def made_end(scenario: Scenario, user: User) -> tuple[UserRun, EndParams]:
@@ -85,7 +87,7 @@ def made_end(scenario: Scenario, user: User) -> tuple[UserRun, EndParams]:
     at = place_of(user, scenario)
     device = simulated_params(user.device, at.tick_s)
     hand, of_hand = make_hand(user.operator, scenario.task, at)
-    start = UserRun(loop, resting_device(at.start, device), hand, False, 0)
+    start = UserRun(loop, resting_device(at.start, device), hand, False)
     return start, EndParams(p, device, of_hand)
 
 
@@ -94,8 +96,6 @@ def _book(scenario: Scenario, network: Network, plan: Plan) -> Book:
     sent = max(len(link.sent) for link in (*plan.up, *plan.down))
     blocks = max(-(-ticks // rate_drop) for rate_drop in network.rate_drops)
     return Book(
-        plan.taken_up,
-        plan.taken_down,
         np.zeros((2 * users, sent, 3 * axes + OF_PACKET)),
         np.zeros((users, SIGNALS, ticks, axes)),
         np.zeros((users, blocks, OF_BLOCK)),
@@ -117,7 +117,7 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     """Return the compiled loop for each session that is worth it, in their order; else None."""
     loops: list[Callable[..., bool] | None] = [None] * len(scenarios)
     fit = [i for i, scenario in enumerate(scenarios) if can_run(scenario)]
-    if _take_s([scenarios[i] for i in fit]) <= LOADING_S or find_spec("numba") is None:
+    if _ticks([scenarios[i] for i in fit]) <= LOADING_TICKS or find_spec("numba") is None:
         return loops
     from pmwvc_core.compiled import compiled, kept_in  # Numba takes its time to load
 
@@ -130,13 +130,13 @@ def loops_of(scenarios: Sequence[Scenario]) -> list[Callable[..., bool] | None]:
     for i in fit:
         kinds.setdefault(_types(prepared(scenarios[i])[0]), []).append(i)
     for kind, members in kinds.items():
-        takes_s = _take_s([scenarios[i] for i in members])
+        ticks = _ticks([scenarios[i] for i in members])
         mark = folder / hashlib.sha256(kind.encode()).hexdigest()[:16]  # it is kept
-        if takes_s > COMPILING_S and not mark.exists():
-            LOG.warning("compiling the laws of this kind of session: half a minute, once")
+        if ticks > COMPILING_TICKS and not mark.exists():
+            LOG.warning("compiling the laws of this kind of session, once: half a minute or more")
             run(scenarios[members[0]], loop)
             mark.touch()
-        if takes_s > LOADING_S and mark.exists():
+        if ticks > LOADING_TICKS and mark.exists():
             for i in members:
                 loops[i] = loop
     return loops
@@ -149,7 +149,6 @@ def _types(value: Any) -> str:
     return type(value).__name__
 
 
-def _take_s(scenarios: Sequence[Scenario]) -> float:
-    """Return about how long sessions take interpreted [s]."""
-    ticks = [each.duration_s / each.tick_s * len(each.users) for each in scenarios]
-    return sum(ticks) * TICK_S
+def _ticks(scenarios: Sequence[Scenario]) -> float:
+    """Return how many ticks all users of sessions make."""
+    return sum(each.duration_s / each.tick_s * len(each.users) for each in scenarios)
