@@ -107,6 +107,9 @@ def test_a_limited_force_is_one_event_with_both_forces():
     (limit,) = listed(traces, "limit")
     assert limit["time_s"] == pytest.approx(2.0)
     assert limit["what"] == "force limited for 0.100 s: up to 1.00 N commanded, 0.50 N applied"
+    user.f_applied[2020:2080] = user.f_m[2020:2080]  # limits close to each other are one event
+    (limit,) = listed(traces, "limit")
+    assert limit["what"].startswith("force limited for 0.040 s of 0.100 s: up to 1.00 N")
 
 
 def test_a_live_environment_that_a_damper_replaced_is_named_with_time_and_count():

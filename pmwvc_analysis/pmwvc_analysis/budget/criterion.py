@@ -63,11 +63,6 @@ class Finding:
         """Energy given out beyond what was taken in, at the worst [J]."""
         return -self.least_j
 
-    @property
-    def ratio(self) -> float:
-        """That energy over the energy moved."""
-        return self.given_j / self.moved_j if self.moved_j > 0.0 else 0.0
-
 
 def tolerance(moved_j: Array) -> Array:
     """Return what rounding explains where so much energy was moved [J]."""
@@ -112,8 +107,8 @@ class Balance:
         been below the limit without a record of it. What an encoder cannot resolve is not judged.
         """
         balance_j, own_j = self.balance_j, np.abs([self.energy_in_j, self.energy_out_j])
-        whys = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged]
-        whys[3:] = [f"{len(whys) - 3} more intervals not judged"] if len(whys) > 3 else []
+        whys = [f"from {u.start_s:.2f} to {u.end_s:.2f} s {u.why}" for u in unjudged]
+        whys[3:] = [f"{len(whys) - 3} more intervals"] if len(whys) > 3 else []
         moved_j = float(own_j.max(initial=0.0)) if self.moved_j is None else self.moved_j
         found = Finding(
             owner, part, None, tolerance_j=TOLERANCE_J, declared_j=self.declared_j,

@@ -54,8 +54,10 @@ def of_master(user: UserTraces, scenario: Scenario | None) -> Iterator[Event]:
         for first, last in runs(ticks, user.time_s, th.JOIN_S):
             most, given = (float(size[first : last + 1].max()) for size in (asked, applied))
             length_s = float(user.time_s[last] - user.time_s[first] + user.tick_s)
+            limited_s = float(ticks[first : last + 1].sum() * user.tick_s)
+            times = f"{limited_s:.3f} s" + f" of {length_s:.3f} s" * (length_s > limited_s + 1e-9)
             wanted, had = (f"{size:.{DIGITS[unit]}f} {unit}" for size in (most, given))
-            what = f"{load} limited for {length_s:.3f} s: up to {wanted} commanded, {had} applied"
+            what = f"{load} limited for {times}: up to {wanted} commanded, {had} applied"
             yield event(float(user.time_s[first]), who, "limit", what)
     again = [user.block_time_s[row : row + 2] for row in np.flatnonzero(np.diff(user.epoch))]
     yield from _breaks(who, "ticks", user.time_s, user.tick_s, holes.of_user(user), again)
@@ -83,7 +85,12 @@ def unbraked(user: UserTraces) -> Flags:
 
 
 def _breaks(
-    who: str, what: str, time_s: Array, period_s: float, lost: list[holes.Hole], again: list[Array]
+    who: str,
+    what: str,
+    time_s: Array,
+    period_s: float,
+    lost: list[holes.Unjudged],
+    again: list[Array],
 ) -> Iterator[Event]:
     """Yield starts anew, and pauses of a loop that no hole of the recording explains."""
     known = [(hole.start_s, hole.end_s) for hole in lost]
