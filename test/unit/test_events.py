@@ -125,6 +125,19 @@ def test_a_live_environment_that_a_damper_replaced_is_named_with_time_and_count(
     assert listed(traces, "environment") == []
 
 
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [("up", "no packets reach the server"), ("down", "the user receives no packets")],
+)
+def test_of_a_lost_direction_it_is_said_which(way, words):
+    """With the downlink out it was "no packets reach the server", where all of them did."""
+    texts = [f"user1.link.{way}.schedule=0.4 outage; 0.8 base", "channel=strict"]
+    scenario = scenarios.load("carry_16ms", duration_s=1.3, settings_texts=texts)
+    found = complete(simulate_one(scenario), scenario)
+    said = [e["what"] for e in found if (e["who"], e["kind"]) == ("user1", "damping")]
+    assert said == [f"{words}: the avatar is only damped", "the avatar is coupled again"]
+
+
 MU, WEIGHT_N = 0.6, 0.2 * 9.81
 GIVES = 2.6 / 2.06  # of a hand's squeeze, what its arm takes back
 HASTE = {"task.grip_s": 0.3, "task.grip_rise_s": 0.5, "task.move_s": 1.5}

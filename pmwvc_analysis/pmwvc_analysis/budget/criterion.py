@@ -29,7 +29,6 @@ from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
 from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 UNRESOLVED = "the steps of the encoder leave the work of the hand open"
@@ -166,13 +165,6 @@ def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> flo
     found = [stage.scenario for stage in (stages(traces, scenario) if scenario else [])]
     bounds = [bounded(user, each) for each in found for user in each.users if user.name == name]
     return min((bound.given_j if bound else 0.0 for bound in bounds), default=0.0)
-
-
-def server_allowance_j(scenario: Scenario) -> float:
-    """Return what a port ledger may give out without having received it [J]."""
-    if not scenario.coupling.black_box:
-        return 0.0
-    return COMPENSATIONS.of(scenario.server.compensation).allowance_j(scenario.server)
 
 
 def passive_by_account(scenario: Scenario) -> bool:

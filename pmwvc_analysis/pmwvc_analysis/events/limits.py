@@ -63,15 +63,6 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
     return found
 
 
-def lost(found: dict[str, Withheld]) -> str:
-    """Return whose environment is lost, in words; empty if none is."""
-    for name, entry in found.items():
-        if entry.lost:
-            port = "the energy limit of the server port displaced the device"
-            return f"{name}: the environment is lost: {port} by {entry.position_m * 1e3:.1f} mm"
-    return ""
-
-
 def words(entry: dict[str, Any]) -> str:
     """Return an entry of the summary in words."""
     amount = f"{quantity(entry['energy_j'], 'J')}, {quantity(entry['position_m'], 'm')}"

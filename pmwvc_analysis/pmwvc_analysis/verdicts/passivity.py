@@ -20,10 +20,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Balance, Finding, server_allowance_j, together
+from pmwvc_analysis.budget.criterion import Balance, Finding, together
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Kind, Unjudged, of_server, skips, starts
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import quantity, share
 
@@ -99,7 +100,10 @@ def _of_server(server: ServerTraces, scenario: Scenario | None) -> Finding:
     for row in starts(server)[:1]:  # what it held died with it
         rows, (since_s, until_s) = slice(row), server.time_s[[row, -1]].tolist()
         unknown.append(Unjudged(since_s, until_s, SERVER, Kind.RESTART))
-    allowance_j = server_allowance_j(scenario) if scenario else 0.0
+    allowance_j = 0.0  # of a port ledger
+    if scenario is not None and scenario.coupling.black_box:
+        compensation = COMPENSATIONS.of(scenario.server.compensation)
+        allowance_j = compensation.allowance_j(scenario.server)
     balance = Balance(server.time_s[rows], taken[rows], given[rows], allowance_j)
     found = balance.judged(SERVER, SERVER, unknown)
     if scenario is None:

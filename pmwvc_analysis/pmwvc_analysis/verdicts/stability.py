@@ -160,8 +160,12 @@ class _Judge:
             nothing = "nothing oscillates beyond the voluntary band"
             why = waiting or f"to the largest that is allowed; {nothing}"
             return _unknown(f"{shortened}, {why}")
-        if lost := limits.lost(limits.withheld(traces, self.scenario)):
-            return Verdict(False, "environment lost", lost)
+        for name, entry in limits.withheld(traces, self.scenario).items():
+            if entry.lost:
+                moved = f"displaced the device by {entry.position_m * 1e3:.1f} mm"
+                port = "the energy limit of the server port"
+                why = f"{name}: the environment is lost: {port} {moved}"
+                return Verdict(False, "environment lost", why)
         if not lasting:
             return Verdict(True, None, _quiet_words(self.found) if self.found else "")
         return self._lasting(min(own or lasting, key=lambda found: found.fades), waiting, late)
