@@ -58,6 +58,14 @@ def test_nothing_seen_is_not_judged():
     assert Balance(empty, empty, empty).judged("a", "up").passive is None
 
 
+def test_what_moved_no_energy_is_no_proof():
+    """With every packet lost all ports were "passive", as was predicted."""
+    none = 0.0 * TIME_S
+    found = Balance(TIME_S, none, none).judged("user1", "up")
+    assert found.passive is None and found.why == "no energy was moved"
+    assert Balance(TIME_S, none + 1e-12, none).judged("user1", "up").passive is True
+
+
 def test_one_violation_decides_and_silence_is_no_proof():
     good, bad, unknown = one(0.0), one(-1.0), one(0.0, unjudged=(HOLE,))
     assert together([good.passive, unknown.passive, bad.passive]) is False

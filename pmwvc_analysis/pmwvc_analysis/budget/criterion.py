@@ -31,8 +31,6 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import SessionTraces
 
-UNRESOLVED = "the steps of the encoder leave the work of the hand open"
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -102,8 +100,8 @@ class Balance:
         return min(0.0, float(self.balance_j.min(initial=0.0)))
 
     def judged(self, owner: str, part: str, unjudged: Sequence[Unjudged] = ()) -> Finding:
-        """Return the result of the criterion; ``unjudged`` are times in which the balance may have
-        been below the limit without a record of it. What an encoder cannot resolve is not judged.
+        """Return the result of the criterion; in ``unjudged`` the balance may have been below the
+        limit. What an encoder cannot resolve, and what moved nothing, is not judged either.
         """
         balance_j, own_j = self.balance_j, np.abs([self.energy_in_j, self.energy_out_j])
         whys = [f"from {u.start_s:.2f} to {u.end_s:.2f} s {u.why}" for u in unjudged]
@@ -123,7 +121,10 @@ class Balance:
         why = found.why if unjudged and not seen else ""
         open_j = np.asarray(self.resolution_j)
         if not seen and not why and (margin_j - 2.0 * open_j < 0.0)[open_j > 0.0].any():
-            why = f"{UNRESOLVED} by up to {1e3 * float(np.max(open_j)):.3g} mJ"
+            most = f"by up to {1e3 * float(np.max(open_j)):.3g} mJ"
+            why = f"the steps of the encoder leave the work of the hand open {most}"
+        if not seen and not why and not own_j.any():
+            why = "no energy was moved"
         return replace(
             found,
             passive=None if why else not seen,
@@ -143,8 +144,7 @@ def together(verdicts: Iterable[bool | None]) -> bool | None:
 
 def behind_counts(user: User, scenario: Scenario) -> bool:
     """Tell whether a user's waves come of the differences of an encoder's counts."""
-    device = user.device
-    return scenario.strict and device.differences and bool(device.encoder_step_m > 0.0)
+    return scenario.strict and user.device.differences and bool(user.device.encoder_step_m > 0.0)
 
 
 def held(user: User) -> bool:
