@@ -164,6 +164,12 @@ def test_the_steps_of_an_encoder_are_no_oscillation_and_hide_none(shaken_m_s):
     assert judged(traces) is not None
 
 
+def test_a_session_without_a_recorded_user_is_neither_stable_nor_unstable():
+    traces = session()
+    traces.users = []
+    assert verdict(traces, handmade.scenario())[::2] == (None, "no user was ever coupled")
+
+
 @pytest.mark.parametrize("shaken_m_s", [0.0, 20e-3])
 def test_a_session_too_short_to_tell_is_neither_stable_nor_unstable(shaken_m_s):
     traces = oscillating(session(duration_s=0.8), rms_m_s=shaken_m_s, hertz=10.0)
