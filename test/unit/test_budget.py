@@ -147,7 +147,7 @@ def test_the_budget_ends_where_records_are_missing():
     traces, scenario = carried()
     handmade.without_blocks(traces.users[0], slice(300, 303))
     found = budget(traces, scenario)
-    assert found.notes == ["the budget ends at 2.40 s: not recorded"]
+    assert found.notes == ["the budget ends at 2.40 s: user1 was not recorded"]
     assert 2.37 < found.time_s[-1] < 2.4
     assert float(np.abs(found.residual_j).max()) < 1e-9 * found.moved_j
     assert found.remainders == []

@@ -47,7 +47,7 @@ def test_the_budget_closes_to_rounding_and_ends_at_the_first_change_of_the_serve
     found = budget(traces, scenario)
     assert worst(found) < 1e-12
     assert 2.48 < found.time_s[-1] < 2.5
-    assert found.notes == ["the budget ends at 2.50 s: a parameter of the server changed"]
+    assert found.notes == ["the budget ends at 2.50 s: server took over a new parameter"]
     assert inconsistencies(traces, scenario) == []
 
 

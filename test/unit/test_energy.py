@@ -164,7 +164,7 @@ def test_the_balances_end_where_the_server_was_started_again():
     again_s = traces.server.time_s[250]
     for owner in ("user1", "user2", "server"):
         assert judged.passive(owner) is None
-        text = f"passivity not judged from {again_s:.2f} to "
+        text = f"passivity not judged: from {again_s:.2f} to "
         assert verdict(judged, owner).startswith(text)
         assert verdict(judged, owner).endswith("server was started again")
     # the control: what was made before is a violation all the same

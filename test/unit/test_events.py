@@ -107,6 +107,9 @@ def test_a_limited_force_is_one_event_with_both_forces():
     (limit,) = listed(traces, "limit")
     assert limit["time_s"] == pytest.approx(2.0)
     assert limit["what"] == "force limited for 0.100 s: up to 1.00 N commanded, 0.50 N applied"
+    user.f_applied[2020:2080] = user.f_m[2020:2080]  # limits close to each other are one event
+    (limit,) = listed(traces, "limit")
+    assert limit["what"].startswith("force limited for 0.040 s of 0.100 s: up to 1.00 N")
 
 
 def test_a_live_environment_that_a_damper_replaced_is_named_with_time_and_count():
@@ -120,6 +123,19 @@ def test_a_live_environment_that_a_damper_replaced_is_named_with_time_and_count(
     assert found["time_s"] == traces.server.time_s[100]
     traces.server.contained = np.zeros(0, dtype=int)  # recorded before there was a count
     assert listed(traces, "environment") == []
+
+
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [("up", "no packets reach the server"), ("down", "the user receives no packets")],
+)
+def test_of_a_lost_direction_it_is_said_which(way, words):
+    """With the downlink out it was "no packets reach the server", where all of them did."""
+    texts = [f"user1.link.{way}.schedule=0.4 outage; 0.8 base", "channel=strict"]
+    scenario = scenarios.load("carry_16ms", duration_s=1.3, settings_texts=texts)
+    found = complete(simulate_one(scenario), scenario)
+    said = [e["what"] for e in found if (e["who"], e["kind"]) == ("user1", "damping")]
+    assert said == [f"{words}: the avatar is only damped", "the avatar is coupled again"]
 
 
 MU, WEIGHT_N = 0.6, 0.2 * 9.81

@@ -39,6 +39,18 @@ def test_a_steady_press_has_neither_steps_nor_dropouts():
     assert found.dropout_s == 0.0
 
 
+def test_what_an_outage_leaves_of_a_grip_is_not_what_was_held():
+    """Of 1.6 N held for 2.4 s 0.46 N were left for longer: "never below half of 0.46 N"."""
+    traces = pressed()
+    user = traces.users[0]
+    user.state[300:302] = 2
+    user.f_applied[user.time_s > 2.4] *= 0.35
+    found = felt_of(traces)
+    assert found.force_undisturbed_n > 0.9 * FORCE_N
+    assert found.dropout_s == pytest.approx(1.6, abs=0.01)
+    assert found.disturbed_s == pytest.approx(1.6, abs=0.02)
+
+
 @pytest.mark.parametrize("dof", [1, 3])
 def test_a_force_that_is_missing_for_20_ms_is_named_with_amount_time_and_length(dof):
     traces = pressed(dof=dof)

@@ -66,7 +66,7 @@ def test_a_hole_of_the_server_is_not_judged():
     handmade.without_steps(traces.server, slice(200, 204))
     found = passivity(traces, handmade.scenario(), None)
     for port in found.of("user1"):
-        assert port.passive is None and "not recorded (server)" in port.why
+        assert port.passive is None and "server was not recorded" in port.why
 
 
 def test_skipped_ticks_are_a_stall_and_no_hole():

@@ -72,7 +72,8 @@ def test_user_of_whom_nothing_was_recorded_for_a_while_is_not_shown_there():
                 kept = value[rows]
         if kept is not None:
             setattr(user, field.name, kept)
-    user.reason, user.energy = user.reason[: blocks.sum()], {}
+    user.reason = user.reason[: blocks.sum()]
+    user.energy = {name: sums[blocks] for name, sums in user.energy.items()}
     recorded = Recorded(traces)
     for time_s, shown in ((2.9, True), (3.4, True), (3.6, False), (6.0, False)):
         place = recorded.row(time_s)[recorded.session.layout.slices["user1.x_m"]]

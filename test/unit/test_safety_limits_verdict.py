@@ -21,11 +21,36 @@ def judged(traces):
     return verdict(traces, handmade.scenario()).instability
 
 
-def test_a_fault_is_named_as_safety():
-    traces = session()
+TOO_FAST = "faster than 1.5 m/s: no force until re-armed"
+LOST = "device silent for more than 1 s: no force until re-armed"
+
+
+@pytest.mark.parametrize(
+    ("reason", "stable", "instability"),
+    [(TOO_FAST, False, "limited by safety"), (LOST, None, None)],
+)
+def test_a_fault_is_named_as_safety_and_a_lost_device_says_nothing_of_the_loop(
+    reason, stable, instability
+):
+    traces = session(gain=1.1)
     traces.users[0].state[400:] = 3
-    traces.users[0].reason[400:] = ["speed"] * 100
-    assert judged(traces) == "limited by safety"
+    traces.users[0].reason[400:] = [reason] * 100
+    found = verdict(traces, handmade.scenario())
+    assert (found.stable, found.instability) == (stable, instability)
+    assert f"user1: safety fault at 3.21 s ({reason})" in found.why
+
+
+PULLED = "operator.kind=constant operator.force=-8 master.impedance=2".split()
+NAIVE = "operator.kind=constant operator.force=3 controller=direct link.delay_s=0.03".split()
+
+
+@pytest.mark.parametrize(("settings", "stable"), [(PULLED, None), (NAIVE, False)])
+def test_a_fault_is_the_loop_s_unless_hands_threw_the_device(settings, stable):
+    """Pulled away from a wall by 8 N it was "not stable", with every port passive."""
+    scenario = load("wall", settings_texts=settings, duration_s=4.0)
+    found = verdict(simulate_one(scenario), scenario)
+    assert found.stable is stable and "safety fault" in found.why
+    assert ("; the hands did the work of it" in found.why) is (stable is None)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +62,7 @@ def test_a_fault_is_named_as_safety():
     ],
 )
 def test_being_braked_again_and_again_is_named_as_safety(times, reason, instability):
-    traces = session()
+    traces = session(gain=1.1)
     user = traces.users[0]
     for place in range(times):
         user.state[300 + 10 * place] = 2
@@ -48,7 +73,7 @@ def test_being_braked_again_and_again_is_named_as_safety(times, reason, instabil
 @pytest.mark.parametrize(("blocks", "instability"), [(12, None), (13, "limited by safety")])
 def test_being_braked_for_long_is_named_as_safety(blocks, instability):
     """Of 250 blocks in the second half: a twentieth, and a block more."""
-    traces = session()
+    traces = session(gain=1.1)
     user = traces.users[0]
     user.state[300 : 300 + blocks] = 2
     user.reason[300 : 300 + blocks] = ["faster than 1 m/s: damping only"] * blocks

@@ -149,15 +149,25 @@ def test_a_hand_that_carries_moves_on_purpose_below_two_hertz():
     assert judged(fast, **carry) == "sustained oscillation"
 
 
-def test_the_steps_of_an_encoder_are_no_oscillation():
-    step_m = 20e-6
-    traces = session()
+@pytest.mark.parametrize("shaken_m_s", [0.0, 20e-3])
+def test_the_steps_of_an_encoder_are_no_oscillation_and_hide_none(shaken_m_s):
+    """Beside the noise from tick to tick, 82 mm/s, 50 mm/s of a direct coupling were "stable"."""
+    step_m = 1e-4
+    traces = oscillating(session(), rms_m_s=shaken_m_s, hertz=8.0)
     user = traces.users[0]
+    user.x_m = user.x_m + np.cumsum(user.xd_m, axis=0) * user.tick_s * (shaken_m_s > 0.0)
     noise = np.random.default_rng(3).uniform(-0.5, 0.5, user.x_m.shape) * step_m
+    user.x_m = user.x_m + noise
     user.xd_m = user.xd_m + np.diff(noise, axis=0, prepend=0.0) / user.tick_s
     encoder = {"device__encoder_step_m": step_m, "device__velocity": "euler"}
-    assert judged(traces, **encoder) is None
+    assert judged(traces, **encoder) == ("sustained oscillation" if shaken_m_s else None)
     assert judged(traces) is not None
+
+
+def test_a_session_without_a_recorded_user_is_neither_stable_nor_unstable():
+    traces = session()
+    traces.users = []
+    assert verdict(traces, handmade.scenario())[::2] == (None, "no user was ever coupled")
 
 
 @pytest.mark.parametrize("shaken_m_s", [0.0, 20e-3])

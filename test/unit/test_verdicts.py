@@ -176,7 +176,7 @@ def test_an_offset_is_compared_where_it_is_that_of_a_press_at_rest(altered, netw
 
 
 def test_a_prediction_without_limits_is_open_where_limits_take_over():
-    traces = session()
+    traces = session(gain=1.1)
     traces.users[0].state[400:] = 3
     traces.users[0].reason[400:] = ["faster than 1.5 m/s"] * 100
     found = judged(traces, device__damping=1.0)
@@ -184,10 +184,11 @@ def test_a_prediction_without_limits_is_open_where_limits_take_over():
     assert [each["hit"] for each in found["outcomes"] if each["what"] == "stability"] == [None]
 
 
-def said_of(scenario, force, drift_m, source="simulated"):
+def said_of(scenario, force, drift_m, source="simulated", **measured):
     """What is said of the offset of a press at rest."""
     entry = {"name": "user1", "force_final_n": force, "avatar_force_final_n": force}
     entry |= {"drift_m": drift_m, "drift_change_m": 0.0}
+    entry |= {"force_commanded_final_n": force, "velocity_final_m_s": 0.0, **measured}
     summary = {"source": source, "stable": True, "users": [entry], "events": []}
     (found,) = offsets(scenario, summary)
     return found
@@ -209,6 +210,22 @@ def test_an_offset_is_that_of_the_lag_within_its_tolerance(sign, force, delay_s,
     assert found.hit is True, found.text
     for off_m in (-1.01 * found.tolerance, 1.01 * found.tolerance):
         assert said_of(scenario, sign * force, even_m + off_m).hit is False  # the control
+
+
+@pytest.mark.parametrize("channel", ["strict", "plain"])
+@pytest.mark.parametrize(
+    ("measured", "words"),
+    [
+        ({"force_commanded_final_n": 1.05}, "held with 1.00 N by a limit, 1.05 N were commanded"),
+        ({"velocity_final_m_s": -0.1}, "the device still moved with 100 mm/s"),
+        ({"velocity_final_m_s": -0.01}, None),  # the control: at rest, it is a miss
+    ],
+)
+def test_a_press_that_moves_or_is_limited_at_the_end_is_no_press_at_rest(channel, measured, words):
+    """With 80 ms up and 5 ms down it was "missed" by 0.9 mm, as the cube still moved."""
+    found = said_of(handmade.scenario(channel=channel, link__loss=0.0), 1.0, 5e-3, **measured)
+    assert found.hit is (None if words else False)
+    assert (words or "missed") in found.text
 
 
 @pytest.mark.parametrize("channel", ["strict", "plain"])

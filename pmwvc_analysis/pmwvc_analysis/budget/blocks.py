@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import Sums
-from pmwvc_analysis.traces.block_sums import BlockSums, complete, hand_work, measured, up_to
+from pmwvc_analysis.traces.block_sums import BlockSums, complete, measured, up_to
 from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.account import Account, Passage, wave_energy
-from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, passages
+from pmwvc_core.controllers.accounts import FILTER, HOLD, RATE_DROP, RELEASED, passages
 from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.law.wave.wave import wave_force, wave_u
 from pmwvc_core.made.waves import through
@@ -49,25 +49,18 @@ def device(blocks: BlockSums, params: DeviceParams) -> tuple[Account, set[str]]:
     kinetic = 0.5 * params.mass * np.sum(user.xd_m**2, axis=-1)
     brought_j = kinetic[0] if user.tick[0] == 0 else 0.0  # else the hand's own sums have it
     if measured(params):
-        rendered, stored = hand_work(user, params)[0], kinetic[blocks.following]
-        hand = rendered + stored
-        if by_hand and "hand" in user.energy:
-            hand = brought_j + user.energy["hand"]
+        rendered, stored = user.energy["device"], kinetic[blocks.following]
+        hand = brought_j + user.energy["hand"] if by_hand else rendered + stored
         seen = Account(hand, rendered, stored)
         return seen._replace(dissipated=seen.residual), {"device_damping"} if by_hand else {"hand"}
     following = np.minimum(np.arange(1, len(user.time_s) + 1), len(user.time_s) - 1)
     after = user.x_m[following], user.xd_m[following]
     forces = user.f_h if by_hand else None, user.f_applied
     each = device_account(params, user.tick_s, (user.x_m, user.xd_m), after, *forces)
-    own = {} if complete(user) else user.energy
-    found = Account(
-        brought_j + own.get("hand", blocks.of_ticks(each.taken)),
-        own.get("device", blocks.of_ticks(each.given)),
-        kinetic[0] + blocks.of_ticks(each.stored),
-        blocks.of_ticks(each.dissipated),
-    )
-    without_hand = found._replace(taken=found.taken - found.residual)
-    return (found, set()) if by_hand else (without_hand, {"hand"})
+    given, heat = user.energy["device"], blocks.of_ticks(each.dissipated)
+    stored = kinetic[0] + blocks.of_ticks(each.stored)
+    hand = brought_j + user.energy["hand"] if by_hand else given + stored + heat
+    return Account(hand, given, stored, heat), set() if by_hand else {"hand"}
 
 
 class OfUser(NamedTuple):
@@ -170,7 +163,7 @@ def _port(blocks: BlockSums, known: User) -> tuple[Account, Sums]:
     into, on = np.asarray(dot(f, xd) * dt), wave_energy(u_m, dt) - wave_energy(v_m, dt) + kept
     changed = squared(f - f_m) > SAME_N**2
     changed = changed | (squared(u_m - through(wave_u, b, xd, v_m)) > SAME_ROOT_W**2)
-    to_waves = blocks.of_wave("u_m") - blocks.of_wave("v_m")
+    to_waves = blocks.user.energy["u_m"] - blocks.user.energy["v_m"]
     taken = to_waves + blocks.of_ticks(into - on + kept)
     limited = blocks.of_ticks(np.where(changed, into - on, 0.0))
     given = to_waves + sum_of(beside.values())
@@ -187,7 +180,7 @@ def _plain(at: At, known: User) -> Channel:
     blocks, user = at.blocks, at.blocks.user
     port, of_port = _port(blocks, known)
     parts = {name: at.ended(sums) for name, sums in of_port.items()}
-    energies = {n: at.ended(blocks.of_wave(n)) for n in ("u_m", "v_m", "v_rx")}
+    energies = {n: at.ended(user.energy[n]) for n in ("u_m", "v_m", "v_rx")}
     energies |= {"u_s": at.u_s, "v_s": at.v_s, "u_tx": at.sent(), "u_m_lp": at.sent()}
     if not known.master.filter.means:
         energies["u_m_lp"] = at.ended(blocks.of_ticks(wave_energy(user.u_m_lp, user.tick_s)))
@@ -202,9 +195,10 @@ def _strict(at: At, known: User) -> Channel:
     """Return the accounts of the strict channel. The node has what the force applied did on the
     motion measured, and what the playout gave out and released; packets are what it paid.
     """
-    blocks, work = at.blocks, hand_work(at.blocks.user, known.device)[0]
-    energies = {"work": at.ended(work), "v_m": at.ended(blocks.of_wave("v_m"))}
-    energies |= {"u_tx": at.sent(), "released": at.sent(blocks.released)}
+    user, work = at.blocks.user, at.blocks.user.energy["device"]
+    released = user.accounts.get(RELEASED.name, 0.0 * work)
+    energies = {"work": at.ended(work), "v_m": at.ended(user.energy["v_m"])}
+    energies |= {"u_tx": at.sent(), "released": at.sent(released)}
     energies |= {"u_s": at.u_s, "v_s": at.v_s}
     parts = {"safety": at.ended(0.0 * work), **passed(passages(known.master), energies)}
     return Channel(Account(work, work), parts)

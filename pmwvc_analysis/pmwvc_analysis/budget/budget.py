@@ -20,7 +20,7 @@ from pmwvc_analysis.budget.energy import declared_j, server_sums
 from pmwvc_analysis.budget.parts import notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces.block_sums import BlockSums
-from pmwvc_analysis.traces.holes import Unjudged, ran_s, stretch
+from pmwvc_analysis.traces.holes import Kind, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.stages import stages, until
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.account import Account
@@ -40,11 +40,11 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     scenario, ended = _ended(traces, server, scenario)
     known = {user.name: user for user in scenario.users}
-    traces = until(traces, ended.start_s)
+    traces = until(traces, ended.start_s) if ended else traces
     if (server := traces.server) is None:
         return None
     users = [u for u in traces.users if u.name in known and u.name in server.users]
-    if not users or any(len(u.time_s) < 2 or "u_tx" not in u.energy for u in users):
+    if not users or any(len(u.time_s) < 2 for u in users):
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
@@ -82,8 +82,8 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
 
 def _ended(
     traces: SessionTraces, server: ServerTraces, scenario: Scenario
-) -> tuple[Scenario, Unjudged]:
-    """Return the scenario at the start, and when the budget of it ends and why."""
+) -> tuple[Scenario, Unjudged | None]:
+    """Return the scenario at the start, and what ends its budget, if anything."""
     users = (each for each in traces.users if each.name in server.users)
     ends = (each for user in users for each in stretch(user, server).unjudged)
     unknown = [each for each in ends if each.start_s > 0.0]
@@ -93,8 +93,8 @@ def _ended(
             first = stage
         elif stage.scenario.server != first.scenario.server:
             at_s = stage.start_s - 1e-9
-            unknown.append(Unjudged(at_s, at_s, "a parameter of the server changed"))
-    return first.scenario, min(unknown, default=Unjudged(traces.duration_s, np.inf, ""))
+            unknown.append(Unjudged(at_s, at_s, SERVER, Kind.CHANGE))
+    return first.scenario, min(unknown, default=None)
 
 
 def _server_parts(server: ServerTraces, scenario: Scenario, into: Array) -> tuple[Sums, Array]:

@@ -29,10 +29,7 @@ from pmwvc_analysis.traces.thresholds import TOLERANCE_J, TOLERANCE_RELATIVE
 from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
-
-UNRESOLVED = "the steps of the encoder leave the work of the hand open"
 
 
 @dataclass(frozen=True)
@@ -62,11 +59,6 @@ class Finding:
     def given_j(self) -> float:
         """Energy given out beyond what was taken in, at the worst [J]."""
         return -self.least_j
-
-    @property
-    def ratio(self) -> float:
-        """That energy over the energy moved."""
-        return self.given_j / self.moved_j if self.moved_j > 0.0 else 0.0
 
 
 def tolerance(moved_j: Array) -> Array:
@@ -108,12 +100,12 @@ class Balance:
         return min(0.0, float(self.balance_j.min(initial=0.0)))
 
     def judged(self, owner: str, part: str, unjudged: Sequence[Unjudged] = ()) -> Finding:
-        """Return the result of the criterion; ``unjudged`` are times in which the balance may have
-        been below the limit without a record of it. What an encoder cannot resolve is not judged.
+        """Return the result of the criterion; in ``unjudged`` the balance may have been below the
+        limit. What an encoder cannot resolve, and what moved nothing, is not judged either.
         """
         balance_j, own_j = self.balance_j, np.abs([self.energy_in_j, self.energy_out_j])
-        whys = [f"not judged from {a:.2f} to {b:.2f} s: {why}" for a, b, why in unjudged]
-        whys[3:] = [f"{len(whys) - 3} more intervals not judged"] if len(whys) > 3 else []
+        whys = [f"from {u.start_s:.2f} to {u.end_s:.2f} s {u.why}" for u in unjudged]
+        whys[3:] = [f"{len(whys) - 3} more intervals"] if len(whys) > 3 else []
         moved_j = float(own_j.max(initial=0.0)) if self.moved_j is None else self.moved_j
         found = Finding(
             owner, part, None, tolerance_j=TOLERANCE_J, declared_j=self.declared_j,
@@ -129,7 +121,10 @@ class Balance:
         why = found.why if unjudged and not seen else ""
         open_j = np.asarray(self.resolution_j)
         if not seen and not why and (margin_j - 2.0 * open_j < 0.0)[open_j > 0.0].any():
-            why = f"{UNRESOLVED} by up to {1e3 * float(np.max(open_j)):.3g} mJ"
+            most = f"by up to {1e3 * float(np.max(open_j)):.3g} mJ"
+            why = f"the steps of the encoder leave the work of the hand open {most}"
+        if not seen and not why and not own_j.any():
+            why = "no energy was moved"
         return replace(
             found,
             passive=None if why else not seen,
@@ -149,8 +144,7 @@ def together(verdicts: Iterable[bool | None]) -> bool | None:
 
 def behind_counts(user: User, scenario: Scenario) -> bool:
     """Tell whether a user's waves come of the differences of an encoder's counts."""
-    device = user.device
-    return scenario.strict and device.differences and bool(device.encoder_step_m > 0.0)
+    return scenario.strict and user.device.differences and bool(user.device.encoder_step_m > 0.0)
 
 
 def held(user: User) -> bool:
@@ -171,13 +165,6 @@ def counts_j(traces: SessionTraces, scenario: Scenario | None, name: str) -> flo
     found = [stage.scenario for stage in (stages(traces, scenario) if scenario else [])]
     bounds = [bounded(user, each) for each in found for user in each.users if user.name == name]
     return min((bound.given_j if bound else 0.0 for bound in bounds), default=0.0)
-
-
-def server_allowance_j(scenario: Scenario) -> float:
-    """Return what a port ledger may give out without having received it [J]."""
-    if not scenario.coupling.black_box:
-        return 0.0
-    return COMPENSATIONS.of(scenario.server.compensation).allowance_j(scenario.server)
 
 
 def passive_by_account(scenario: Scenario) -> bool:

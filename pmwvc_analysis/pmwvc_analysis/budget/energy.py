@@ -22,9 +22,9 @@ import numpy as np
 
 from pmwvc_analysis.budget.criterion import Balance, counts_j, together
 from pmwvc_analysis.traces.block_sums import BlockSums, hand_work, up_to
-from pmwvc_analysis.traces.holes import GAP, Unjudged, ran_s, stretch
+from pmwvc_analysis.traces.holes import Kind, Unjudged, ran_s, stretch
 from pmwvc_analysis.traces.sums import running, sum_of
-from pmwvc_core.controllers.accounts import alters_wave
+from pmwvc_core.controllers.accounts import RELEASED, alters_wave
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -52,7 +52,7 @@ class UserEnergy:
     @property
     def passive(self) -> bool | None:
         """Tell whether every port is passive, whatever happened in gaps of the record."""
-        ended = [each for each in self.unjudged if not each.why.startswith(GAP)]
+        ended = [each for each in self.unjudged if each.kind is not Kind.GAP]
         ports = (way.judged(self.name, part, ended) for part, way in self.parts.items())
         return together(port.passive for port in ports)
 
@@ -78,7 +78,7 @@ def _of_user(
     taken, given = (running(e[index])[rows] for e in (server.energy_u_s, server.energy_v_s))
     ended, sent = blocks.ended(times), blocks.sent(times)
     work, resolution = hand_work(user, known.device if known else None)
-    passed_on = up_to(blocks.of_wave("v_m") + blocks.released, ended)
+    passed_on = up_to(user.energy["v_m"] + user.accounts.get(RELEASED.name, 0.0), ended)
     up, down = None, None
     if scenario is not None and scenario.strict and known is not None:
         paid = up_to(user.energy["u_tx"], sent)
@@ -86,7 +86,7 @@ def _of_user(
         if not alters_wave(known.master):
             down = Balance(times, given, passed_on, float(known.master.store_j))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
-        up = Balance(times, up_to(blocks.of_wave("u_m"), ended), taken)
+        up = Balance(times, up_to(user.energy["u_m"], ended), taken)
         down = Balance(times, given, passed_on)
     joint = Balance(
         times, up_to(work, ended), taken - given,

@@ -65,9 +65,9 @@ def of_server(scenario: Scenario) -> set[str]:
     return set() if scenario.coupling.exact else {"integration"}
 
 
-def notes_on(users: list[UserTraces], known: dict[str, User], ends: Unjudged) -> list[str]:
+def notes_on(users: list[UserTraces], known: dict[str, User], ends: Unjudged | None) -> list[str]:
     """Return in words why a budget ends early, and what keeps it from closing to rounding."""
-    found = [f"the budget ends at {ends.start_s:.2f} s: {ends.why}"] if ends.why else []
+    found = [f"the budget ends at {ends.start_s:.2f} s: {ends.why}"] if ends else []
     for user in users:
         if not np.isfinite(user.f_h).all():
             found.append(f"{user.name}: {INFERRED}")

@@ -30,7 +30,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
     for user in traces.users:
         yield from nodes.of_master(user, scenario)
     if (server := traces.server) is not None:
-        yield from nodes.of_server(server, traces.duration_s, scenario)
+        yield from nodes.of_server(server, traces, scenario)
         yield from grips.events(server, scenario, server.scene)
     yield from faults(traces)
     if scenario is not None and not traces.live:

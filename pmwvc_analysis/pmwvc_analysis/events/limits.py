@@ -63,37 +63,33 @@ def withheld(traces: SessionTraces, scenario: Scenario | None) -> dict[str, With
     return found
 
 
-def lost(found: dict[str, Withheld]) -> str:
-    """Return whose environment is lost, in words; empty if none is."""
-    for name, entry in found.items():
-        if entry.lost:
-            port = "the energy limit of the server port displaced the device"
-            return f"{name}: the environment is lost: {port} by {entry.position_m * 1e3:.1f} mm"
-    return ""
-
-
 def words(entry: dict[str, Any]) -> str:
     """Return an entry of the summary in words."""
     amount = f"{quantity(entry['energy_j'], 'J')}, {quantity(entry['position_m'], 'm')}"
     return f"environment limited: {amount}"
 
 
-def taken_over(traces: SessionTraces) -> str:
-    """Return which safety layer took the force away, in words; empty when none did."""
+def taken_over(traces: SessionTraces) -> tuple[str, float | None]:
+    """Return which safety layer took the force away, in words, empty when none did, and since when
+    it braked a device that was too fast [s]; None where it was no speed.
+    """
     for user in traces.users:
-        faults = np.flatnonzero(user.state == FAULT)
-        if len(faults):
-            reason = user.reason[faults[0]] or "no reason given"
-            return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
+        braked = spans(user.state != COUPLED)
+        for fault in np.flatnonzero(user.state == FAULT)[:1]:
+            reason, at_s = user.reason[fault] or "no reason given", user.block_time_s[fault]
+            since = next(span.start for span in braked if span.stop > fault)
+            since_s = float(user.block_time_s[since]) if reason.startswith(FAST) else None
+            return f"{user.name}: safety fault at {at_s:.2f} s ({reason})", since_s
         late = user.block_time_s > traces.duration_s / 2
-        braked = [span for span in spans(user.state != COUPLED) if _for_speed(user.reason[span])]
-        ratio = sum(int(late[span].sum()) for span in braked) / max(int(late.sum()), 1)
-        if sum(late[span.start] for span in braked) >= th.OFTEN or ratio > th.OFTEN_RATIO:
-            return (
+        fast = [s for s in braked if _for_speed(user.reason[s]) and late[s].any()]
+        ratio = sum(int(late[span].sum()) for span in fast) / max(int(late.sum()), 1)
+        if sum(late[span.start] for span in fast) >= th.OFTEN or ratio > th.OFTEN_RATIO:
+            why = (
                 f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
                 "device, or the force was ramping up after it"
             )
-    return ""
+            return why, float(user.block_time_s[fast[0].start])
+    return "", None
 
 
 def _for_speed(reasons: list[str]) -> bool:

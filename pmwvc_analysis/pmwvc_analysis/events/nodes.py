@@ -19,7 +19,7 @@ from pmwvc_core.frame import Presence
 from pmwvc_core.master.safety import BRAKING, UNCOUPLED, SafetyState
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, UserTraces, loads
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces, loads
 from pmwvc_core.words import listed
 
 Event = dict[str, Any]
@@ -54,8 +54,10 @@ def of_master(user: UserTraces, scenario: Scenario | None) -> Iterator[Event]:
         for first, last in runs(ticks, user.time_s, th.JOIN_S):
             most, given = (float(size[first : last + 1].max()) for size in (asked, applied))
             length_s = float(user.time_s[last] - user.time_s[first] + user.tick_s)
+            limited_s = float(ticks[first : last + 1].sum() * user.tick_s)
+            times = f"{limited_s:.3f} s" + f" of {length_s:.3f} s" * (length_s > limited_s + 1e-9)
             wanted, had = (f"{size:.{DIGITS[unit]}f} {unit}" for size in (most, given))
-            what = f"{load} limited for {length_s:.3f} s: up to {wanted} commanded, {had} applied"
+            what = f"{load} limited for {times}: up to {wanted} commanded, {had} applied"
             yield event(float(user.time_s[first]), who, "limit", what)
     again = [user.block_time_s[row : row + 2] for row in np.flatnonzero(np.diff(user.epoch))]
     yield from _breaks(who, "ticks", user.time_s, user.tick_s, holes.of_user(user), again)
@@ -83,7 +85,12 @@ def unbraked(user: UserTraces) -> Flags:
 
 
 def _breaks(
-    who: str, what: str, time_s: Array, period_s: float, lost: list[holes.Hole], again: list[Array]
+    who: str,
+    what: str,
+    time_s: Array,
+    period_s: float,
+    lost: list[holes.Unjudged],
+    again: list[Array],
 ) -> Iterator[Event]:
     """Yield starts anew, and pauses of a loop that no hole of the recording explains."""
     known = [(hole.start_s, hole.end_s) for hole in lost]
@@ -96,19 +103,26 @@ def _breaks(
 
 
 def of_server(
-    server: ServerTraces, duration_s: float, scenario: Scenario | None
+    server: ServerTraces, traces: SessionTraces, scenario: Scenario | None
 ) -> Iterator[Event]:
     """Yield who joined, left or fell silent, contacts, restarts and stalls of the server."""
     holds = scenario is not None and any(u.contact.grips for u in scenario.users)
     found = holes.of_server(server), [server.time_s[n - 1 : n + 1] for n in holes.starts(server)]
     yield from _breaks("server", "steps", server.time_s, server.period_s, *found)
-    for index in range(len(server.users)):
-        yield from _presence(server, index, duration_s)
+    for index, name in enumerate(server.users):
+        packets = traces.packets.get(f"/server/{name}/wave_up")
+        came_s = np.zeros(0) if packets is None else np.sort(packets.time_s)
+        yield from _presence(server, index, traces.duration_s, came_s)
         made = "grip" if holds else "contact"
-        yield from _contacts(server, index, duration_s, made, scenario)
+        yield from _contacts(server, index, traces.duration_s, made, scenario)
 
 
-def _presence(server: ServerTraces, index: int, duration_s: float) -> Iterator[Event]:
+def _presence(
+    server: ServerTraces, index: int, duration_s: float, came_s: Array
+) -> Iterator[Event]:
+    """Yield changes of a user at the server, whose packets came at some times [s]. The avatar is
+    damped where no packets come, and where the user is known to receive none.
+    """
     name, state = server.users[index], server.state[index]
     before: int = Presence.ABSENT
     again = holes.starts(server)
@@ -123,10 +137,12 @@ def _presence(server: ServerTraces, index: int, duration_s: float) -> Iterator[E
         elif before == Presence.ABSENT:
             yield event(time_s, name, "join", "joined at the server")
         elif now == Presence.DAMPING:
-            text = "no packets reach the server: the avatar is only damped"
-            yield event(time_s, name, "damping", text)
+            newest_s = came_s[came_s <= time_s].max(initial=-np.inf)
+            silent = time_s - newest_s > th.STALL_PERIODS * server.period_s
+            lost = "no packets reach the server" if silent else "the user receives no packets"
+            yield event(time_s, name, "damping", f"{lost}: the avatar is only damped")
         elif before == Presence.DAMPING:
-            yield event(time_s, name, "damping", "packets reach the server again")
+            yield event(time_s, name, "damping", "the avatar is coupled again")
         before = now
 
 

@@ -18,8 +18,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.account import wave_energy
-from pmwvc_core.controllers.accounts import RELEASED
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.traces import UserTraces
@@ -63,18 +61,6 @@ class BlockSums:
         """Return the sum of an energy per tick, ``(tick,)`` or ``(tick, 1)``."""
         return up_to(np.cumsum(per_tick), self.user.block_ends)
 
-    def of_wave(self, wave: str) -> Array:
-        """Return the energy of a wave of the ticks."""
-        if wave in self.user.energy:
-            return self.user.energy[wave]
-        return self.of_ticks(wave_energy(getattr(self.user, wave), self.user.tick_s))
-
-    @property
-    def released(self) -> Array:
-        """What the playout of a device passed on beside its wave; zero where unknown."""
-        known = self.user.accounts.get(RELEASED.name)
-        return np.zeros(len(self.user.block_time_s)) if known is None else known
-
 
 def ticks_ran_s(user: UserTraces) -> Array:
     """Return when each tick ran [s]."""
@@ -90,12 +76,8 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> tuple[Array, Arr
     """Return the work of one user's hand [J] at the ends of blocks, and how far it may be off: the
     encoder of a real one leaves it open. Without a ``device`` positions are exact.
     """
-    blocks, force = BlockSums(user), user.f_applied
-    moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
-    counted = blocks.of_ticks(np.sum(force * moved, axis=-1))
-    sums = user.energy.get("device", counted)
-    true = device is None or (device.is_simulated and "device" in user.energy)
-    if device is None or true or device.encoder_step_m <= 0.0:
+    sums, force = user.energy["device"], user.f_applied
+    if device is None or device.is_simulated or device.encoder_step_m <= 0.0:
         return sums, np.zeros(len(sums))
     change = np.cumsum(np.sum(np.abs(np.diff(force, axis=0, prepend=0.0)), axis=-1))
     open_n = np.sum(np.abs(force), axis=-1) + change

@@ -107,7 +107,7 @@ def _work(user: UserTraces) -> Iterator[str]:
     """Check the work of both forces against forces and motion, tick by tick."""
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     for name, force in (("device", user.f_applied), ("hand", user.f_h)):
-        if name in user.energy and np.isfinite(force).all():
+        if np.isfinite(force).all():
             own, recorded = _blocks(user, np.sum(force * moved, axis=-1), user.energy[name])
             text = f"{user.name}: the work of the {name} is not its sum"
             yield from _off(text, "J", own[:-1], recorded[:-1])

@@ -7,8 +7,8 @@ more than the largest force F changes by in the hand's own band f, 2 pi f F in a
 the RMS of the applied force above ``BUZZ_HZ`` while the master is coupled, by a high pass without
 phase (:func:`.sums.beyond`): images of purposeful motion are what it counts. Of all, what an
 impact, or a body that slips out of a grip, makes within ``IMPACT_S`` is left out. The *undisturbed
-force* is the median while the master is coupled and the avatar touches, of a hand that means to
-hold a force, from ``BLOW_N`` on.
+force* of a hand that means to hold one is the median while the master is coupled and the avatar
+touches, of the best such stretch that is longer than an impact, from ``BLOW_N`` on.
 
 *Disturbed* is a user that is not coupled, or has less than half of that force once it was felt,
 though the scenario does not take it away: at the start, in outages of a link, while a node that it
@@ -98,8 +98,10 @@ def felt(traces: SessionTraces, user: UserTraces, scenario: Scenario | None) -> 
     if server is None or not holds:
         return found
     held = together & touches[np.maximum(row, 0)] & np.isfinite(size)
-    undisturbed_n = float(np.median(size[held])) if held.any() else 0.0
-    felt_at = held & (user.time_s >= closed_s(user, scenario)) & (size >= undisturbed_n)
+    closed = held & (user.time_s >= closed_s(user, scenario))
+    long = [size[span] for span in spans(closed) if lasted_s[span].sum() >= th.IMPACT_S]
+    undisturbed_n = max((float(np.median(each)) for each in long), default=0.0)
+    felt_at = closed & (size >= undisturbed_n)
     if undisturbed_n < th.BLOW_N or not felt_at.any():
         return found
     since = slice(int(np.argmax(felt_at)), None)

@@ -16,6 +16,7 @@ Equations: docs/theory.md 13, Gaps.
 
 import math
 from collections.abc import Iterable
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -25,30 +26,30 @@ from pmwvc_analysis.traces.thresholds import STALL_PERIODS, STALL_S
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-GAP, AGAIN = "not recorded", "was started again"
 SERVER = "server"
 
 
+class Kind(StrEnum):
+    """Why something is not judged, and what its owner did."""
+
+    GAP = "was not recorded"
+    RESTART = "was started again"
+    CHANGE = "took over a new parameter"
+
+
 class Unjudged(NamedTuple):
-    """A time in which a balance is unknown, and why."""
+    """A time in which what a publisher did is unknown, and why."""
 
     start_s: float
     end_s: float
-    why: str
-
-
-class Hole(NamedTuple):
-    """An interval of which a publisher's messages are missing [s], and how many."""
-
     owner: str  # a user, or ``server``
-    start_s: float
-    end_s: float
-    missing: int  # blocks of a master, steps of the server
+    kind: Kind = Kind.GAP
+    missing: int = 0  # of a hole: blocks of a master, steps of the server
 
     @property
-    def unjudged(self) -> Unjudged:
-        """Return the interval as one that is not judged."""
-        return Unjudged(self.start_s, self.end_s, f"{GAP} ({self.owner})")
+    def why(self) -> str:
+        """The reason in words."""
+        return f"{self.owner} {self.kind}"
 
 
 def starts(server: ServerTraces) -> list[int]:
@@ -64,7 +65,7 @@ def ran_s(server: ServerTraces, traces: SessionTraces) -> Array:
     return np.asarray(server.time_s + late_s)
 
 
-def holes(traces: SessionTraces) -> list[Hole]:
+def holes(traces: SessionTraces) -> list[Unjudged]:
     """Return every hole of a recording, in the order of time."""
     found = [hole for user in traces.users for hole in of_user(user)]
     if (server := traces.server) is not None:
@@ -72,14 +73,14 @@ def holes(traces: SessionTraces) -> list[Hole]:
     return sorted(found, key=lambda hole: (hole.start_s, hole.owner))
 
 
-def of_user(user: UserTraces) -> list[Hole]:
+def of_user(user: UserTraces) -> list[Unjudged]:
     """Return the holes in the trace of one master; simulated blocks have no numbers and none."""
     begins_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
     again = (np.flatnonzero(np.diff(user.epoch)) + 1).tolist()
     return _missing(user.name, user.block_number, begins_s, user.block_time_s, again)
 
 
-def of_server(server: ServerTraces) -> list[Hole]:
+def of_server(server: ServerTraces) -> list[Unjudged]:
     """Return the holes in the trace of the server."""
     ends_s = server.time_s + server.periods_s
     return _missing(SERVER, server.step, server.time_s, ends_s, starts(server))
@@ -87,7 +88,7 @@ def of_server(server: ServerTraces) -> list[Hole]:
 
 def _missing(
     owner: str, numbers: NDArray[np.int64], begins_s: Array, ends_s: Array, again: list[int]
-) -> list[Hole]:
+) -> list[Unjudged]:
     """Return where numbers are missing: they count from one, once more in the rows ``again``."""
     before, found = np.append(0, numbers[:-1]), []
     before[again] = 0
@@ -97,7 +98,7 @@ def _missing(
         if row in again:  # it ran from then on at the earliest
             lasted_s = float(lacking[row] * (ends_s[row] - begins_s[row]))
             start_s = max(start_s, end_s - lasted_s)
-        found.append(Hole(owner, start_s, end_s, int(lacking[row])))
+        found.append(Unjudged(start_s, end_s, owner, missing=int(lacking[row])))
     return found
 
 
@@ -137,8 +138,8 @@ def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
     unjudged = []
     for row in gaps(user):
         last_ran_s, back_s = float(ran[row] + 0.5 * user.tick_s), float(ends_s[row + 1])
-        unjudged.append(Unjudged(last_ran_s, back_s, GAP))
-    unjudged += [hole.unjudged for hole in of_server(server)]
+        unjudged.append(Unjudged(last_ran_s, back_s, user.name))
+    unjudged += of_server(server)
     again = [(float(server.time_s[row]), SERVER) for row in starts(server)[:1]]
     for row in np.flatnonzero(np.diff(user.tick) < 0)[:1]:
         # where its last tick led to is not known: up to the block before
@@ -147,7 +148,7 @@ def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
     if again:
         end_s, who = min(again)
         unjudged = [each for each in unjudged if each.end_s < end_s]
-        unjudged.append(Unjudged(end_s, last_s, f"{who} {AGAIN}"))
+        unjudged.append(Unjudged(end_s, last_s, who, Kind.RESTART))
     return Stretch(start_s, end_s, unjudged)
 
 

@@ -22,7 +22,7 @@ from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.sums import powers, spans
 from pmwvc_core.numeric import Array, Flags, Integers
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces, UserTraces
 
 
 @dataclass(frozen=True)
@@ -172,8 +172,9 @@ def motions(
     of = partial(Motion, band_hz=band, images=images, since_s=since_s, since=since)
     found = []
     for user in traces.users:
-        moved = f"{user.name}'s device", user.time_s, user.tick_s, user.xd_m
-        found.append(of(*moved, noise_m_s=_noise_m_s(known.get(user.name))))
+        velocity, noise_m_s = _of_device(user, known.get(user.name))
+        moved = f"{user.name}'s device", user.time_s, user.tick_s, velocity
+        found.append(of(*moved, noise_m_s=noise_m_s))
     if server is not None:
         periods_s = server.periods_s[server.time_s >= since_s]
         period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
@@ -182,13 +183,18 @@ def motions(
     return found
 
 
-def _noise_m_s(user: User | None) -> float:
-    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s]: that of the
-    difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt 6).
+def _of_device(traces: UserTraces, user: User | None) -> tuple[Array, float]:
+    """Return the velocity of a device, ``(tick, dof)`` [m/s], and twice the RMS of what an
+    encoder's steps alone make of it. Of one that is the difference of positions the mean over a
+    frame is judged: each position is uniform within a step q, which makes q / (frame sqrt 6).
     """
     if user is None or not user.device.differences:
-        return 0.0
-    return 2.0 * float(user.device.encoder_step_m) / (user.master.tick_s * math.sqrt(6.0))
+        return traces.xd_m, 0.0
+    rows, frame_s = np.arange(len(traces.time_s)), user.master.frame_s
+    before = np.maximum(rows - user.master.rate_drop, 0)
+    lasted_s = np.maximum(traces.time_s - traces.time_s[before], frame_s)[:, np.newaxis]
+    noise_m_s = 2.0 * float(user.device.encoder_step_m) / (frame_s * math.sqrt(6.0))
+    return (traces.x_m - traces.x_m[before]) / lasted_s, noise_m_s
 
 
 def _disturbed(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:

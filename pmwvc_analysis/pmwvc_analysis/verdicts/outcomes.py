@@ -126,12 +126,17 @@ def _open(
     if summary["stable"] is False:
         yield "the session was not stable, so this is no press at rest"
     force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
+    held, asked = f"the device was held with {force:.2f} N", entry["force_commanded_final_n"]
     known_n = isinstance(avatar, float)
     if known_n and abs(force - avatar) > th.SAME_FORCE * max(abs(force), abs(avatar)):
-        yield f"the device was held with {force:.2f} N, its avatar with {avatar:.2f} N"
-    change_m = entry["drift_change_m"]
+        yield f"{held}, its avatar with {avatar:.2f} N"
+    if asked is not None and abs(asked - force) > th.LIMITED["N"] + th.LIMITED_RATIO * abs(asked):
+        yield f"{held} by a limit, {asked:.2f} N were commanded"
+    change_m, speed_m_s = entry["drift_change_m"], abs(entry["velocity_final_m_s"] or 0.0)
     if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
         yield f"it still changed by {change_m * 1e3:.2f} mm in the last half second"
+    if speed_m_s * lag_s(user, scenario, live=live) > 2.0 * _tolerance_m(even_m):
+        yield f"the device still moved with {speed_m_s * 1e3:.0f} mm/s"
     own = f"{name} master", "limit"
     what = [e["what"].split()[0] for e in summary["events"] if (e["who"], e["kind"]) == own]
     if what and not (hit or scenario.strict):

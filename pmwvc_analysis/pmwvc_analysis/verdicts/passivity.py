@@ -20,10 +20,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import Balance, Finding, server_allowance_j, together
+from pmwvc_analysis.budget.criterion import Balance, Finding, together
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.traces.holes import AGAIN, Unjudged, of_server, skips, starts
+from pmwvc_analysis.traces.holes import Kind, Unjudged, of_server, skips, starts
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.couplings import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.words import quantity, share
 
@@ -95,11 +96,14 @@ def _held(found: Finding, user: UserTraces) -> Finding:
 
 def _of_server(server: ServerTraces, scenario: Scenario | None) -> Finding:
     taken, given, _ = energy.server_sums(server)
-    rows, unknown = slice(None), [hole.unjudged for hole in of_server(server)]
+    rows, unknown = slice(None), of_server(server)
     for row in starts(server)[:1]:  # what it held died with it
         rows, (since_s, until_s) = slice(row), server.time_s[[row, -1]].tolist()
-        unknown.append(Unjudged(since_s, until_s, f"{SERVER} {AGAIN}"))
-    allowance_j = server_allowance_j(scenario) if scenario else 0.0
+        unknown.append(Unjudged(since_s, until_s, SERVER, Kind.RESTART))
+    allowance_j = 0.0  # of a port ledger
+    if scenario is not None and scenario.coupling.black_box:
+        compensation = COMPENSATIONS.of(scenario.server.compensation)
+        allowance_j = compensation.allowance_j(scenario.server)
     balance = Balance(server.time_s[rows], taken[rows], given[rows], allowance_j)
     found = balance.judged(SERVER, SERVER, unknown)
     if scenario is None:
@@ -122,10 +126,9 @@ def verdict(found: Passivity, owner: str) -> str:
     if violated:
         worst = min(violated, key=lambda port: port.least_j)
         return f"NOT passive: {worst.words}, {amount(worst)}"
-    unknown = [port for port in ports if port.passive is None]
-    if unknown:
-        why = unknown[0].why  # some texts begin with when
-        return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
+    for port in ports:
+        if port.passive is None:
+            return f"passivity not judged: {port.why}"
     least = min(ports, key=lambda port: (port.least_j, -port.declared_j))
     text = f"{least.words}, " * (least.least_j < -least.tolerance_j) + amount(least)
     if least.least_j < -least.declared_j - least.tolerance_j:  # counts of an encoder explain it
@@ -159,6 +162,4 @@ def component(finding: Finding) -> str:
 
 def _beside_moved(finding: Finding) -> str:
     """Return the energy given out as a ratio to the energy moved."""
-    if not finding.moved_j > 0.0:
-        return "no energy moved"
-    return f"{share(finding.ratio)} {quantity(finding.moved_j, 'J')} moved"
+    return f"{share(finding.given_j / finding.moved_j)} {quantity(finding.moved_j, 'J')} moved"

@@ -8,7 +8,7 @@ In this order:
     a position is not finite or more than half the workspace outside of it, or an oscillation grows
     beyond 50 mm/s in a loop that is not passive.
 ``limited by safety``
-    a fault, repeated braking for speed, or forces shortened again and again (events/limits.py).
+    a fault or repeated braking for speed, or forces shortened again and again (events/limits.py).
 ``environment lost``
     the energy limit of a black box's port displaced the device too far (events/limits.py).
 ``sustained oscillation``
@@ -17,8 +17,8 @@ In this order:
 
 Not judged is what fades too slowly to tell, what hands did where no exact model decays, contact
 made or lost or a parameter changed just before the end, packets that came unevenly
-(traces/arrivals.py) unless the loop is seen to drive the motion (drive.py), and a device that
-never moved. Where a verdict contradicts the exact model, the words say so.
+(traces/arrivals.py) unless the loop is seen to drive the motion (drive.py), a device that never
+moved, was lost, or hands threw. Where a verdict contradicts the exact model, the words say so.
 """
 
 import math
@@ -85,9 +85,6 @@ class _Judge:
         strongest = max((each.late_m_s for each in self.found), default=0.0)
         return judged._replace(oscillation_m_s=strongest)
 
-    def _drive(self, start_s: float, end_s: float) -> Drive:
-        return drive(self.traces, self.scenario, start_s, end_s, self.works)
-
     @cached_property
     def _expected(self) -> tuple[float, str]:
         """The growth rate of the slowest motion that the exact model expects [1/s], of the
@@ -117,16 +114,21 @@ class _Judge:
             if len(far):
                 left_s, space = float(time_s[far[0]]), f"(+-{workspace * 1e3:.0f} mm)"
                 why = f"{name} left the workspace {space} at {left_s:.2f} s"
-                until = self._drive(0.0, left_s)
-                thrown = until.by_hands and until.given_j <= 0.0  # got no more than they gave
-                if thrown and not self._expected[0] > th.GROWS_PER_S:
-                    did = "the hands did" if until.given_j else "it is not known who did"
-                    return _unknown(f"{why}; {did} the work of it")
-                if passive(self.traces, self.scenario):
-                    every = "every port is passive: the loop did not make the energy"
-                    return _unknown(f"{why}, and {every}")
-                return Verdict(False, "diverged", why)
+                return self._thrown("diverged", why, 0.0, left_s)
         return None
+
+    def _thrown(self, kind: str, why: str, start_s: float, end_s: float) -> Verdict:
+        """Judge what was too fast or too far: not the loop's if it gave the hands no more than
+        they gave it until then, or made no energy.
+        """
+        found = drive(self.traces, self.scenario, start_s, end_s, self.works)
+        got_no_more = found.by_hands and found.given_j <= 0.0
+        if got_no_more and not self._expected[0] > th.GROWS_PER_S:
+            did = "the hands did" if found.given_j else "it is not known who did"
+            return _unknown(f"{why}; {did} the work of it")
+        if passive(self.traces, self.scenario):
+            return _unknown(f"{why}, and every port is passive: the loop did not make the energy")
+        return Verdict(False, kind, why)
 
     def _at_end(self) -> Verdict:
         traces, end_s = self.traces, self.traces.duration_s
@@ -136,7 +138,7 @@ class _Judge:
         waiting, shaken = "", waited(links, since_s, end_s)
         if shaken > th.UNEVEN:
             waiting = f"while {shaken:.0%} of the time went by in waiting for late packets"
-        late = self._drive(since_s, end_s) if lasting else UNKNOWN
+        late = UNKNOWN if not lasting else drive(traces, self.scenario, since_s, end_s, self.works)
         own = [] if waiting or late.by_hands else lasting
         for found in own:
             if found.late_m_s > th.GROWN_M_S and found.growth >= th.GROWN:
@@ -145,8 +147,12 @@ class _Judge:
                 return self._unstable(
                     kind, f"{found.motion.name} oscillates with {speed}, growing"
                 )
-        if took_over := limits.taken_over(traces):
-            return Verdict(False, LIMITED, took_over)
+        took_over, braked_s = limits.taken_over(traces)
+        if took_over and braked_s is None:
+            return _unknown(took_over)
+        if braked_s is not None:
+            start_s = max(braked_s - th.SETTLE_S, 0.0)
+            return self._thrown(LIMITED, took_over, start_s, braked_s)
         shortened, saturated = limits.often_shortened(traces, self.scenario)
         if shortened and (own or not (saturated or waiting)):
             return Verdict(False, LIMITED, shortened)
@@ -154,10 +160,14 @@ class _Judge:
             nothing = "nothing oscillates beyond the voluntary band"
             why = waiting or f"to the largest that is allowed; {nothing}"
             return _unknown(f"{shortened}, {why}")
-        if lost := limits.lost(limits.withheld(traces, self.scenario)):
-            return Verdict(False, "environment lost", lost)
+        for name, entry in limits.withheld(traces, self.scenario).items():
+            if entry.lost:
+                moved = f"displaced the device by {entry.position_m * 1e3:.1f} mm"
+                port = "the energy limit of the server port"
+                why = f"{name}: the environment is lost: {port} {moved}"
+                return Verdict(False, "environment lost", why)
         if not lasting:
-            return Verdict(True, None, _quiet_words(self.found))
+            return Verdict(True, None, _quiet_words(self.found) if self.found else "")
         return self._lasting(min(own or lasting, key=lambda found: found.fades), waiting, late)
 
     def _lasting(self, found: Strength, waiting: str, late: Drive) -> Verdict:
@@ -196,17 +206,15 @@ class _Judge:
             return f"{length_s:.2g} s are too short to judge, {th.SHORTEST_S:g} s at least"
         if unknown := ", ".join(found.motion.name for found in self.found if not found.known):
             return f"too little of the motion of {unknown} is known"
-        if users and not any((user.state == COUPLED).any() for user in users):
+        if not any((user.state == COUPLED).any() for user in users):
             return "no user was ever coupled"
-        if users and not any(np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in users):
+        if not any(np.abs(user.xd_m).max() > th.OSCILLATION_M_S for user in users):
             return f"no device moved faster than {th.OSCILLATION_M_S * 1e3:g} mm/s"
         return ""
 
 
 def _quiet_words(found: list[Strength]) -> str:
     """Return why motion beyond the voluntary band is no oscillation, with its amount."""
-    if not found:
-        return "no motion is on record"
     worst = max(found, key=lambda each: each.late_m_s)
     late, most = 1e3 * worst.late_m_s, 1e3 * worst.most_m_s
     limit = f"(limit {most:.3g} mm/s){', and decays' if late > most else ''}"

@@ -133,6 +133,8 @@ def _user(
         "name": user.name,
         "passive": found.passive(user.name),
         "force_final_n": final(user.f_applied, user.time_s, end_s),
+        "force_commanded_final_n": final(user.f_m, user.time_s, end_s),
+        "velocity_final_m_s": final(user.xd_m, user.time_s, end_s),
         "force_peak_n": number(np.linalg.norm(user.f_applied, axis=-1).max()),
         "avatar_force_final_n": final(server.f_s[index], server.time_s, end_s)
         if server is not None and index is not None
