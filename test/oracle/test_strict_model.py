@@ -115,8 +115,8 @@ def test_model_and_simulator_agree_on_random_rates_and_delays(unbound, scenario)
 def test_the_clocks_of_a_session_come_to_the_course_of_the_model(values):
     scenario = linear_loops.scenario(channel="strict", users=1, **values)
     ticks = hyperperiod_ticks(scenario)
-    until = 24000 // ticks * ticks
-    session = SteppedSession(dataclasses.replace(scenario, duration_s=24.0))
+    until = 12000 // ticks * ticks
+    session = SteppedSession(dataclasses.replace(scenario, duration_s=12.0))
     session.advance(until * session.tick_ns)
     ends = session.server.s.guests[0], session.users[0].loop.s
     for end, expected in zip(ends, paces_of(scenario)[0], strict=True):

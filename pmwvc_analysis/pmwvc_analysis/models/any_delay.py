@@ -33,6 +33,7 @@ from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.aliasing import peak
 
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
 POINTS = 500
@@ -157,16 +158,13 @@ def _ends(scenario: Scenario, *, live: bool) -> list[PacketEnd]:
 
 def _peak(gain: Callable[[Array], Array], angle: Array) -> tuple[float, float]:
     """Return the largest gain over angles per packet [rad], and where, refined between them."""
-    from scipy.optimize import minimize_scalar  # takes long to import, and only this needs it
-
     values = gain(angle)
     best = int(np.argmax(values))
     found = float(values[best]), float(angle[best])
     sides = np.maximum(np.roll(values, 1), np.roll(values, -1))
     for index in np.flatnonzero((values >= sides) & (values > found[0] - NEAR)).tolist():
-        ends = angle[max(index - 1, 0)], angle[min(index + 1, len(angle) - 1)]
-        top = minimize_scalar(lambda at: -gain(np.array([at]))[0], bounds=ends, method="bounded")
-        found = max(found, (-float(top.fun), float(top.x)))
+        place, most = peak(gain, angle[max(index - 1, 0) : index + 2])
+        found = max(found, (most, place))
     return found
 
 

@@ -90,7 +90,8 @@ def made_once(kind: Any, runs: tuple[Scenario, ...], forces: bool, *given: Any) 
     """Return the matrices of an end, of the states that matter there in some run."""
     ends = [Response(kind(run, *given), forces) for run in dict.fromkeys((runs[0], runs[-1]))]
     states = list(dict.fromkeys(state for end in ends for state in end.states))
-    each = [Response(kind(run, *given), forces, ends[0]).matrix(states) for run in runs]
+    others = (Response(kind(run, *given), forces, ends[0]) for run in runs[1:])
+    each = [end.matrix(states) for end in (ends[0], *others)]
     kept, matrix = reduced(np.concatenate([found.matrix for found in each]), placed(states))
     return each[0]._replace(states=[states[j] for j in kept], matrix=matrix)
 

@@ -119,8 +119,7 @@ class Response:
             went |= {slot: (p.wave, p.position, p.extra) for slot, p in sent.items()}
             read.append(motion)
         self.sent = [signal for slot, values in went.items() for signal in _signals(slot, values)]
-        outputs = range(len(OUTPUTS)) if forces else ()
-        motions = [motion[i] for i in outputs for motion in read]
+        motions = [motion[i] for i in range(len(OUTPUTS)) for motion in read if forces]
         return numbers_in((end.s, *went.values(), *motions))
 
     def _found_states(self) -> list[str]:
@@ -179,16 +178,16 @@ def numbers_in(value: Sequence[Any]) -> list[float]:
     for part in value:
         if isinstance(part, float):
             found.append(part)
-        elif isinstance(part, tuple | list):
+        elif isinstance(part, (tuple, list)):
             found += numbers_in(part)
     return found
 
 
 def planted(value: Any, numbers: Iterator[float]) -> Any:
     """Return nested tuples with other numbers, and lists of their own, which laws may write to."""
-    if isinstance(value, float):
-        return next(numbers)
-    if not isinstance(value, tuple | list):
-        return value
-    parts = [planted(part, numbers) for part in value]
+    parts = [
+        next(numbers) if isinstance(part, float)
+        else planted(part, numbers) if isinstance(part, (tuple, list)) else part
+        for part in value
+    ]  # fmt: skip
     return parts if isinstance(value, list) else tuple.__new__(type(value), parts)

@@ -15,16 +15,15 @@ Equations: docs/theory.md 12.1, 12.2.
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from pmwvc_analysis.models.loop import LinearLoop
 from pmwvc_analysis.models.response import OUTPUTS
 from pmwvc_core.numeric import Array, Complex
+from pmwvc_core.wave.aliasing import peak
 
 LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
 AT_ONCE = 4_000_000  # complex numbers: 64 MB
 LOW_HZ = 0.04  # where limits at rest are taken, at most
-PEAK = 1e-7  # relative precision of its frequency
 
 
 def response(
@@ -97,7 +96,5 @@ def first_peak_hz(at: Callable[[Array], Complex], tick_s: float) -> float | None
         size = np.append(size, size_at(frequency[len(size) : len(size) + 100]))
         peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))
         if len(peaks):
-            around, xatol = frequency[[peaks[0], peaks[0] + 2]], PEAK * frequency[peaks[0]]
-            of = {"bounds": around, "method": "bounded", "options": {"xatol": xatol}}
-            return float(minimize_scalar(lambda hertz: -size_at(np.array([hertz]))[0], **of).x)
+            return peak(size_at, frequency[peaks[0] :][:3])[0]
     return None
