@@ -166,7 +166,8 @@ def slipping(monkeypatch):
         along = after.force + after.pressing[:, None] * points.normal
         most = points.friction * after.pressing
         pads = slice(None, -len(body.CORNERS))
-        newest["slips"] = ((np.linalg.norm(along, axis=1) > 0.999 * most) & (most > 0.0))[pads]
+        slips = (np.linalg.norm(along, axis=1) > 0.999 * most) & (most > body.LEAST_N)
+        newest["slips"] = slips[pads]
         return after
 
     def met(box, *given):

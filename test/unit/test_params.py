@@ -29,6 +29,7 @@ TEXTS = {  # of parameters that have a form
 BESIDE = {  # what a value needs beside it; of a link below its own name
     "safety.damper_velocity": {"safety.fault_velocity": 20.0},
     "safety.fault_velocity": {"safety.damper_velocity": 1e-4},
+    "server.scene": {"server.environment": "body"},
     "task.sideways_m": {"dof": 2},
     "task.upwards_m": {"dof": 3},
     "operator.kind": {"operator.file": "push.csv"},

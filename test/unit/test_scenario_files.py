@@ -149,6 +149,8 @@ def test_mistakes_of_file_and_options_are_reported_together(written):
         ("- 1\n", "holds list"),
         ("a: [1\n", "is not YAML in line 2"),
         (MINIMAL + "users: 3\n", "users is given twice"),
+        (MINIMAL + "task: lift\n", "a group has no value of its own; did you mean task.kind?"),
+        (MINIMAL + "server: {scene: box.xml}\n", "set server.environment = mujoco"),
         (MINIMAL + "link: {delay_s: 1, delay_s: 2}\n", "is not YAML in line 5"),
         ("a: !!python/object/apply:os.system ['true']\n", "is not YAML"),
         (MINIMAL + "link: {preset: transatlantik}\n", "did you mean transatlantic?"),

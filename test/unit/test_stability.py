@@ -227,3 +227,21 @@ def test_contact_that_ends_because_users_leave_with_the_session_excuses_no_oscil
 def test_contact_that_comes_and_goes_excuses_no_oscillation():
     traces = oscillating(session(), rms_m_s=20e-3, hertz=10.0)
     assert judged(touching(traces, *np.arange(2.0, 3.99, 0.1))) == "sustained oscillation"
+
+
+def test_contact_that_came_and_went_and_is_over_disturbed_what_follows():
+    """A body that slid out of a grip: the hand that swings out after it is not the loop's."""
+    traces = oscillating(session(), rms_m_s=20e-3, hertz=10.0, during_s=(2.6, 4.0))
+    found = verdict(touching(traces, *np.arange(2.6, 3.5, 0.1)), handmade.scenario())
+    assert found.stable is None and found.why.startswith("contact was made or lost 0.59 s")
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_the_object_is_judged_while_a_user_touches_it(held):
+    """Let go of, it swings by itself, or falls as fast as it likes."""
+    traces = session()
+    server = traces.server
+    server.xd_o[:] = 0.03 * np.sin(2.0 * np.pi * 10.0 * server.time_s)[:, np.newaxis]
+    found = verdict(touching(traces, *([0.0] if held else [])), handmade.scenario())
+    assert found.stable is not held
+    assert (found.oscillation_m_s > 0.01) == held

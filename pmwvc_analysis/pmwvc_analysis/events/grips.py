@@ -34,9 +34,8 @@ def events(
     if scenario is None or server is None or not len(server.time_s):
         return
     shown = {each.get("user", -1): each["body"] for each in scene.get("shapes", ())}
-    known = enumerate(scenario.users)
-    seen = [(user, shown.get(n)) for n, user in known if user.name in server.users]
-    parts = [(user, part) for user, part in seen if part in server.poses]
+    there = [(n, user) for n, user in enumerate(scenario.users) if user.name in server.users]
+    parts = [(user, shown[n]) for n, user in there if shown.get(n) in server.poses]
     bodies = server.poses.keys() - {part for _, part in parts}
     own_law = not scenario.environment.contact_law
     for body in sorted(bodies) if parts else ():

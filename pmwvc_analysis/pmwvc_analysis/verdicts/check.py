@@ -25,11 +25,11 @@ class Line(NamedTuple):
     fails: bool = False
 
 
-def state_text(stable: bool | None, instability: str | None) -> str:
+def state_text(stable: bool | None, instability: str | None, until: str = "") -> str:
     """Return a verdict on stability in a few words."""
     if stable is None:
         return "stability not judged"
-    return "stable" if stable else f"not stable: {instability}"
+    return f"stable{until}" if stable else f"not stable{until}, {instability}"
 
 
 def lines(summary: dict[str, Any]) -> Iterator[Line]:
@@ -55,6 +55,10 @@ def lines(summary: dict[str, Any]) -> Iterator[Line]:
             busy = "as on a machine that is busy or too slow ('pmwvc doctor' examines it)"
             yield Line(False, f"{name}: {skipped} of {due} ticks did not run, {busy}.")
         yield from _reported(name, [e for e in events if e["who"] == f"{name} master"], TAKEN)
+        if {e["kind"] for e in events if e["who"] == name} & {"join", "grip", "contact"} == {
+            "join"
+        }:
+            yield Line(None, f"{name} touched nothing.")
         if user["kept_apart"]:
             yield Line(None, f"{name}, at the end: {user['kept_apart']}.")
     for body in dict.fromkeys(e["who"] for e in summary["events"] if e["kind"] in LOST):
@@ -71,8 +75,7 @@ def lines(summary: dict[str, Any]) -> Iterator[Line]:
 def _stability(summary: dict[str, Any]) -> Line:
     until_s, stable = summary["judged_until_s"], summary["stable"]
     until = f" until {until_s:.2f} s" if until_s < summary["duration_s"] else ""
-    begins = f"Stable{until}" if stable else f"Not stable{until}, {summary['instability']}"
-    begins = "Stability not judged" if stable is None else begins
+    begins = state_text(stable, summary["instability"], until).capitalize()
     return Line(stable, f"{begins}: {summary['stability']['text']}.", fails=stable is not True)
 
 

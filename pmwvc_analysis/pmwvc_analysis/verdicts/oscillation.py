@@ -93,13 +93,12 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     last_two = middles >= edges_s[1]
     early, middle, late = (_median(levels[third]) for third in thirds)
     known = min(int(third.sum()) for third in thirds)
-    expected = 0.5 * third_s / th.WINDOW_S - 1.0
     return Strength(
         motion,
         min(late, _median(levels[last_two])),
         late / early if early > 0.0 else math.inf,
         middle / early if early > 0.0 else math.inf,
-        known=len(found) <= 1 or known >= expected,
+        known=len(found) <= 1 or known >= 0.5 * third_s / th.WINDOW_S - 1.0,
         settled=motion.since_s <= 0.5 * end_s or end_s - motion.since_s >= th.SETTLE_S,
         purposeful_m_s=_median(slow[last_two]),
         apart_s=2.0 * third_s,
@@ -158,28 +157,26 @@ def motions(
     traces: SessionTraces, scenario: Scenario | None, since_s: float = 0.0
 ) -> list[Motion]:
     """Return what is judged of a session, from ``since_s`` on at the earliest: the motion of every
-    device and of the object.
+    device and, while a user touches it, of the object.
     """
     server = traces.server
     band, images = th.DEFAULT_BAND_HZ, 0.0
     since_s, since = max((since_s, ""), _disturbed(traces, scenario))
     if scenario is not None:
         last = stages(traces, scenario)[-1]
-        ends_s = [closed_s(user, scenario) for user in traces.users]
-        closing = max(ends_s, default=0.0) > 0.5 * traces.duration_s
+        closing = any(2.0 * closed_s(u, scenario) > traces.duration_s for u in traces.users)
         band, images = bands(last.scenario, closing=closing)
     known = {user.name: user for user in scenario.users} if scenario else {}
     of = partial(Motion, band_hz=band, images=images, since_s=since_s, since=since)
     found = []
     for user in traces.users:
-        velocity, noise_m_s = _of_device(user, known.get(user.name))
-        moved = f"{user.name}'s device", user.time_s, user.tick_s, velocity
-        found.append(of(*moved, noise_m_s=noise_m_s))
+        moved, noise = _of_device(user, known.get(user.name))
+        found.append(of(f"{user.name}'s device", user.time_s, user.tick_s, moved, noise_m_s=noise))
     if server is not None:
-        periods_s = server.periods_s[server.time_s >= since_s]
-        period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
+        period_s = float([server.period_s, *server.periods_s][-1])
         there = server.time_s < traces.duration_s  # it runs on behind its users
-        found.append(of("the object", server.time_s[there], period_s, server.xd_o[there]))
+        held = server.xd_o * np.any(server.contact, axis=0)[:, np.newaxis]
+        found.append(of("the object", server.time_s[there], period_s, held[there]))
     return found
 
 
@@ -199,9 +196,9 @@ def _of_device(traces: UserTraces, user: User | None) -> tuple[Array, float]:
 
 def _disturbed(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, str]:
     """Return when a motion was last disturbed by no fault of the loop [s], and by what: a changed
-    parameter, a stop of a device, contact made or lost, by whichever user. What comes and goes is
-    the loop's own motion. Users that leave at the end of the session disturb nobody: the server
-    runs on behind them.
+    parameter, a stop of a device, contact made or lost, by whichever user. What comes and goes
+    until the end is the loop's own motion. Users that leave at the end of the session disturb
+    nobody: the server runs on behind them.
     """
     server, found = traces.server, [(0.0, "")]
     if scenario is not None:
@@ -214,6 +211,8 @@ def _disturbed(traces: SessionTraces, scenario: Scenario | None) -> tuple[float,
         changes += [(times, "contact was made or lost") for times in made]
     for times, what in changes:
         times = times[times <= end_s]
-        if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= th.CHATTER:
+        late = times[times > 0.5 * traces.duration_s]
+        often = len(late) > th.CHATTER
+        if len(times) and not (often and traces.duration_s - late[-1] <= np.diff(late).max()):
             found.append((float(times[-1]), what))
     return max(found)

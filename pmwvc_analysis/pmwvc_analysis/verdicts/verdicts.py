@@ -48,14 +48,13 @@ def summary(
     found = passivity.passivity(traces, scenario, energies)
     limited = limits.withheld(traces, scenario)
     shorter = endings.shortened(whole, scenario)
-    missing, counts = holes.holes(traces), list(traces.counts.items())
     result: dict[str, Any] = {
         "scenario": scenario.name if scenario else None,
         "source": traces.source,
         "duration_s": whole.duration_s,
         "judged_until_s": traces.duration_s,
         "interrupted": [each.text for each in ended if each.interrupts]
-        + ([shorter] if shorter else []),
+        + [shorter] * bool(shorter),
         "strangers": [str(each["what"]) for each in seen if each["kind"] == "stranger"],
         "controller": scenario.controller if scenario else None,
         "parameters": scenario.flat() if scenario else {},
@@ -76,9 +75,9 @@ def summary(
         if scenario
         else dict.fromkeys(PREDICTION_KEYS),
         "recording": {
-            "messages": {topic: count["messages"] for topic, count in counts},
-            "missing": {topic: count["missing"] for topic, count in counts},
-            "holes": [hole._asdict() for hole in missing],
+            "messages": {topic: count["messages"] for topic, count in traces.counts.items()},
+            "missing": {topic: count["missing"] for topic, count in traces.counts.items()},
+            "holes": [hole._asdict() for hole in holes.holes(traces)],
         },
         "alignment": traces.metadata.get("alignment", {}),
         "events": seen,

@@ -100,17 +100,17 @@ class ServerParams(Validated):
     lever_m: float = fixed(0.05, "0.001..10 m", "dof = 6: axes 4 to 6 are a turn [rad] times this")
 
     black_box = has("coupling", BLACK_BOX)
-    # whether a port learns the slope of an environment that reports none
-    learns = has("decoding", "secant")
+    learns = has("decoding", "secant")  # the slope of an environment that reports none
 
     def conflicts(self) -> list[str]:
-        """Check that the coupling can do with what it knows of the environment."""
+        """Check what the environment has, and that the coupling knows enough of it."""
+        text = f"environment = {self.environment!r}"
+        if self.scene and self.environment in KNOWN:
+            return [f"scene = {self.scene!r}: {text} has none; set server.environment = mujoco"]
         if self.environment in KNOWN or self.black_box:
             return []
-        return [
-            f"environment = {self.environment!r}: set server.coupling = unknown for it "
-            f"({self.coupling} supports only {' and '.join(KNOWN)})"
-        ]
+        supported = f"{self.coupling} supports only {' and '.join(KNOWN)}"
+        return [f"{text}: set server.coupling = unknown for it ({supported})"]
 
 
 @dataclass(frozen=True)

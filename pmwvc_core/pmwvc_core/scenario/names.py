@@ -46,9 +46,9 @@ def _unknown(number: int, rest: str) -> str:
     known = of_user if number else sorted(PARAMETERS, key=lambda path: path not in of_user)
     links = (f"link.{field}" for field in (*specs(LinkParams), "preset"))
     near = hint(rest, [*known, *links, "master.preset"])
-    if number:
-        near = near.replace("; did you mean ", f"; did you mean user{number}.")
-    return f"there is no such parameter{near}"
+    near = near.replace(" mean ", f" mean user{number}.") if number else near
+    group = any(path.startswith(f"{rest}.") for path in PARAMETERS)
+    return f"{'a group has no value of its own' if group else 'there is no such parameter'}{near}"
 
 
 def resolved(name: str) -> tuple[int, list[str]]:

@@ -39,7 +39,7 @@ POINTS = 3  # of a pad
 TABLE_N_M, TABLE_S, SINKS = 2e4, 0.002, 0.025  # at least; damping of it; most of half the box
 THIN_M, TABLE_M, NOT_TURNED = 0.001, 0.2, [1.0, 0.0, 0.0, 0.0]  # as drawn
 GREY, WOOD = [0.5, 0.5, 0.5, 1.0], [0.8, 0.6, 0.3, 1.0]  # the first is the page's own colour
-SETTLED, SETTLED_W = 1e-13, 1e-24  # of what is wanted, and where that is next to nothing
+SETTLED, SETTLED_W, LEAST_N = 1e-13, 1e-24, 1e-9  # of what is wanted; of nothing; of a touch
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
@@ -119,7 +119,7 @@ class Box:
         first, second = np.append(1 + self._shape.pads, [0] * 8), [0] * pads + [-1] * 8
         rows = np.column_stack([first, second, points, forces])
         size = np.linalg.norm(forces, axis=-1)
-        return list(rows[np.argsort(-size)][: np.count_nonzero(size)].ravel().tolist())
+        return list(rows[np.argsort(-size)][: np.count_nonzero(size > LEAST_N)].ravel().tolist())
 
     @property
     def turned(self) -> Array:
@@ -185,7 +185,8 @@ class Box:
         poses = moved(self._poses, x, dt, shape)
         self._rates = 2.0 * x[:6] - self._rates
         self._poses, self._guess, self._forces = poses, x, after.force
-        self.touching = after.pressing[: len(shape.pads)].reshape(len(b), -1).any(axis=1).tolist()
+        pressing = after.pressing[: len(shape.pads)].reshape(len(b), -1) > LEAST_N
+        self.touching = pressing.any(axis=1).tolist()
         depth = begun.depth - dt * np.sum(begun.normal * (by @ x), axis=-1)
         self._points = begun._replace(bristle=after.bristle, depth=depth)
         self._stored_j = stored_j(self._points)

@@ -230,7 +230,6 @@ class MujocoScene:
         if np.isfinite(self.data.qpos).all() and (speeds < LARGEST_M_S).all():
             self._mujoco.mj_getState(self.model, self.data, self._good, self._whole)
             return
-        worst = self.model.dof_bodyid[np.argmax(np.nan_to_num(speeds, nan=np.inf))]
-        name = f"body {self._names[worst]!r}"
+        worst = self._names[self.model.dof_bodyid[np.argmax(np.nan_to_num(speeds, nan=np.inf))]]
         self._mujoco.mj_setState(self.model, self.data, self._good, self._whole)
-        raise RuntimeError(f"the scene became unstable at {name}; a good state is back")
+        raise RuntimeError(f"the scene became unstable at body {worst!r}; a good state is back")
