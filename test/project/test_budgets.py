@@ -73,7 +73,7 @@ ROOMS = {
         ),
     ),
     "judge": Room(
-        3_769,
+        3_766,
         2_500,
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),

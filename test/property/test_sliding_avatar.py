@@ -175,7 +175,7 @@ def test_a_hand_that_joined_again_inside_is_with_its_avatar_after_backing_off(tm
     scenario, traces = rejoined(tmp_path)
     user, server = traces.users[0], traces.server
     first_s, again_s = (
-        e["time_s"] for e in of_server(server, traces.duration_s, None) if e["kind"] == "join"
+        e["time_s"] for e in of_server(server, traces, None) if e["kind"] == "join"
     )
     assert abs(apart_m(traces, first_s)) < 1e-3 and 0.01 < apart_m(traces, again_s) < 0.02
     assert (server.state[0][server.time_s > OUTAGE_S] == 0).any()  # it was taken out

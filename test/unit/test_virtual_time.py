@@ -74,6 +74,13 @@ def test_a_missed_tick_passes_when_the_loop_runs_again():
     assert at_ten == [*["PASS"] * 4, "SEND", "TICK"]
 
 
+@pytest.mark.parametrize("first", [-40, 0, 4])
+def test_a_loop_may_have_begun_before_the_session(first):
+    """Of a recording that begins in its midst."""
+    rows = ran(ran_ns=np.arange(TICKS) * MS, first=first)
+    assert [tick for _, tick in of(rows, "TICK")] == list(range(max(first, 0), TICKS))
+
+
 def test_a_device_stands_still_beyond_a_tenth_of_a_second_as_a_live_one_does():
     ten_ms = ("master.tick_s=0.01", "server.period_s=0.08", "operator.kind=none")
     times = np.arange(TICKS) * 10 * MS

@@ -57,9 +57,10 @@ def device(blocks: BlockSums, params: DeviceParams) -> tuple[Account, set[str]]:
     after = user.x_m[following], user.xd_m[following]
     forces = user.f_h if by_hand else None, user.f_applied
     each = device_account(params, user.tick_s, (user.x_m, user.xd_m), after, *forces)
-    given, heat = user.energy["device"], blocks.of_ticks(each.dissipated)
-    stored = kinetic[0] + blocks.of_ticks(each.stored)
-    hand = brought_j + user.energy["hand"] if by_hand else given + stored + heat
+    own = {} if complete(user) else user.energy  # by the ticks where all are on record
+    given, taken = own.get("device", blocks.of_ticks(each.given)), blocks.of_ticks(each.taken)
+    stored, heat = kinetic[0] + blocks.of_ticks(each.stored), blocks.of_ticks(each.dissipated)
+    hand = brought_j + own.get("hand", taken) if by_hand else given + stored + heat
     return Account(hand, given, stored, heat), set() if by_hand else {"hand"}
 
 

@@ -85,13 +85,9 @@ def unbraked(user: UserTraces) -> Flags:
 
 
 def _breaks(
-    who: str,
-    what: str,
-    time_s: Array,
-    period_s: float,
-    lost: list[holes.Unjudged],
+    who: str, what: str, time_s: Array, period_s: float, lost: list[holes.Unjudged],
     again: list[Array],
-) -> Iterator[Event]:
+) -> Iterator[Event]:  # fmt: skip
     """Yield starts anew, and pauses of a loop that no hole of the recording explains."""
     known = [(hole.start_s, hole.end_s) for hole in lost]
     for end_s, again_s in again:

@@ -144,7 +144,7 @@ def stretch(user: UserTraces, server: ServerTraces) -> Stretch:
     for row in np.flatnonzero(np.diff(user.tick) < 0)[:1]:
         # where its last tick led to is not known: up to the block before
         blocks_s = user.block_time_s[user.block_time_s < user.time_s[row] + 0.5 * user.tick_s]
-        again.append((float(blocks_s.max(initial=start_s)), user.name))
+        again.append((float(blocks_s.max(initial=max(start_s, 0.0))), user.name))
     if again:
         end_s, who = min(again)
         unjudged = [each for each in unjudged if each.end_s < end_s]
