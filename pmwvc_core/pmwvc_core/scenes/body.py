@@ -92,7 +92,7 @@ class Box:
         self._stored_j, self.heat_j = stored_j(self._points), 0.0
         self.touching: Any = [False] * users
         self.position, self.velocity = np.zeros(setup.dof), np.zeros(setup.dof)
-        self._names = ["box", *(f"user{1 + user}" for user in range(users))]
+        self._names = ["table", "box", *(f"user{1 + user}" for user in range(users))]
 
     @property
     def energy(self) -> float:
@@ -105,7 +105,7 @@ class Box:
         """Where box and pads are, ``x y z`` [m] and quaternion ``w x y z``, by name."""
         turned = [[w, x, y, z] for x, y, z, w in map(of_matrix, self._poses.turned)]
         rows = np.hstack([self._poses.at, turned]).tolist()
-        return dict(zip(self._names, rows, strict=True))
+        return dict(zip(self._names[1:], rows, strict=True))
 
     @property
     def contacts(self) -> list[float]:
@@ -131,11 +131,10 @@ class Box:
         """Shapes of table, box and pads, as those of :mod:`.description`."""
         pad = (np.abs(self._shape.ring).max(axis=0) + THIN_M).tolist()
         sizes = [[TABLE_M, TABLE_M, THIN_M], self._half_m.tolist(), *([pad] * len(self._there))]
-        names = ["table", *self._names]
         shapes = [
             {"body": name, "kind": "box", "size": size, "at": [0.0] * 3, "turned": NOT_TURNED,
              "rgba": WOOD if name == "box" else GREY, "user": max(user, -1)}
-            for user, (name, size) in enumerate(zip(names, sizes, strict=True), -2)
+            for user, (name, size) in enumerate(zip(self._names, sizes, strict=True), -2)
         ]  # fmt: skip
         fixed = {"table": [0.0, 0.0, self._table_z - THIN_M, *NOT_TURNED]}
         return {"shapes": shapes, "fixed": fixed, "origin": [0.0] * 3}
@@ -185,8 +184,8 @@ class Box:
         poses = moved(self._poses, x, dt, shape)
         self._rates = 2.0 * x[:6] - self._rates
         self._poses, self._guess, self._forces = poses, x, after.force
-        pressing = after.pressing[: len(shape.pads)].reshape(len(b), -1) > LEAST_N
-        self.touching = pressing.any(axis=1).tolist()
+        touch = after.pressing[: POINTS * len(b)] > LEAST_N
+        self.touching = touch.reshape(len(b), -1).any(axis=1).tolist()
         depth = begun.depth - dt * np.sum(begun.normal * (by @ x), axis=-1)
         self._points = begun._replace(bristle=after.bristle, depth=depth)
         self._stored_j = stored_j(self._points)

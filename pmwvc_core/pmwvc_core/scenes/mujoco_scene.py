@@ -16,10 +16,9 @@ joints are not proved passive; the ledger of the port holds on top
 (:mod:`pmwvc_core.law.black_box.compensations`).
 
 Who is not there is held still and touches nothing. The origin of the devices is the centre of mass
-of the first body that moves (the scene's origin where none does); along axis 0 it is shifted for
-every finger, so that it meets that body where it would meet an object of ``server.object_size_m``.
-A finger that comes in within another body passes through it until it is outside. Equations:
-docs/theory.md 5.16.
+of the first body that moves (the scene's origin where none does); each finger's is shifted along
+axis 0, to meet that body where it would meet an object of ``server.object_size_m``. A finger that
+comes in within another body passes through it until it is outside. Equations: docs/theory.md 5.16.
 """
 
 from typing import Any
@@ -64,11 +63,11 @@ class MujocoScene:
         self._axes = np.tile(np.eye(self._dof), (setup.users, 1, 1))  # of handles, in the world
         self._axes[:, :3, :3] = [held.axes for held in self.held]
         self._slides = self._axes.copy()  # b is the same about all axes of a ball
+        self._apart = self._dof == AXES or not np.allclose(self._axes, np.eye(self._dof))
         self._whose = np.full(len(self._place), -1)  # of geoms, who holds them
+        self._there, self._inside = [False] * setup.users, [False] * setup.users
         for user, held in enumerate(self.held):
             self._whose[held.geoms] = user
-        self._there, self._inside = [False] * setup.users, [False] * setup.users
-        for user in range(setup.users):
             self.leave(user)
         self._settle(setup)
         self._origin = self.data.xipos[self._shown].copy()
@@ -124,7 +123,10 @@ class MujocoScene:
             if self._there[user]:
                 self._weigh(held, model.opt.timestep * along[user])
                 self._inside[user] = self._inside[user] and self._comes_out(user)
-        rates: Array = scale / steps * self._sub_steps(drive * scale, along, steps)
+        try:
+            rates: Array = scale / steps * self._sub_steps(drive * scale, along, steps)
+        finally:  # also where MuJoCo's collisions raised, with what is no number
+            self._require_motion()
         self._mujoco.mj_kinematics(model, data)
         self._note()
         self._show(dt)
@@ -139,13 +141,12 @@ class MujocoScene:
         rates = np.zeros(drive.shape)
         self._note_axes()
         for _ in range(steps):
-            push = times_rows(self._axes.swapaxes(1, 2), drive)
+            push = times_rows(self._axes.swapaxes(1, 2), drive) if self._apart else drive
             data.qfrc_applied[dofs] = push - along * data.qvel[dofs]
             data.qfrc_applied[absent] = data.qvel[absent] = 0.0
             self._mujoco.mj_step(self.model, data)
-            self._require_motion()  # MuJoCo's collisions are fatal with what is no number
             self._note_axes()
-            rates += times_rows(self._axes, data.qvel[dofs])
+            rates += times_rows(self._axes, data.qvel[dofs]) if self._apart else data.qvel[dofs]
         return rates
 
     def _note_axes(self) -> None:
