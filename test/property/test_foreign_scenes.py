@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.scenes import loaded, scene
+from support.scenes import loaded, scene, written
 from support.simulated import least_j
 
 from pmwvc_analysis.budget.energy import user_energies
@@ -148,6 +148,18 @@ def test_a_finger_begins_at_the_face_of_a_body_of_any_width(
         finger = made.poses[f"pmwvc_user{user + 1}"]
         way_m = np.array(finger[:3]) - side * (face_m + finger_m) * np.eye(3)[0] - middle[:3]
         np.testing.assert_allclose(way_m, 0.0, atol=2e-3)
+
+
+@pytest.mark.parametrize("period_s", [0.0005, 0.0085, 0.02])
+def test_a_step_of_any_length_moves_for_its_whole_length(tmp_path, period_s):
+    """A port alone moves with drive/b; of 8.5 ms not 8 sub-steps of 1 ms."""
+    made = scene(written(tmp_path, gravity="0 0 0"), users=1)
+    made.join(0, np.array([-0.1, 0.0, 0.0]))
+    before = made.poses["pmwvc_user1"][2]
+    for _ in range(20):
+        v = made.meet(np.array([[0.0, 0.0, 0.8]]), np.full(1, 8.0), period_s)
+        way_m, before = made.poses["pmwvc_user1"][2] - before, made.poses["pmwvc_user1"][2]
+        assert way_m == pytest.approx(v[0, 2] * period_s, rel=1e-9)
 
 
 def test_soft_bodies_are_loaded_and_one_that_is_unstable_is_put_back(tmp_path):

@@ -107,7 +107,7 @@ def of_server(
     yield from _breaks("server", "steps", server.time_s, server.period_s, *found)
     for index, name in enumerate(server.users):
         packets = traces.packets.get(f"/server/{name}/wave_up")
-        came_s = np.zeros(0) if packets is None else np.sort(packets.time_s)
+        came_s = np.zeros(0) if packets is None else packets.time_s
         yield from _presence(server, index, traces.duration_s, came_s)
         made = "grip" if holds else "contact"
         yield from _contacts(server, index, traces.duration_s, made, scenario)

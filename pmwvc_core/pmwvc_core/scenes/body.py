@@ -190,8 +190,7 @@ class Box:
         self._points = begun._replace(bristle=after.bristle, depth=depth)
         self._stored_j = stored_j(self._points)
         self.heat_j += before_j - self._stored_j + dt * float(work @ x)
-        turning = self._lever_m * (poses.turned[0] @ x[3:6])
-        self.velocity = np.append(x[:3], turning)[: self._dof]
+        self.velocity = np.append(x[:3], self._lever_m * (poses.turned[0] @ x[3:6]))[: self._dof]
         self.position = self.position + dt * self.velocity
         return np.asarray(x[6:].reshape(-1, self._dof) * scale)
 

@@ -116,8 +116,9 @@ class MujocoScene:
 
     def meet(self, drive: Array, impedance: Array, dt: float) -> Array:
         """Go on by ``dt`` [s] (:class:`pmwvc_core.server.black_box.BlackBox`)."""
-        model, data, impedance = self.model, self.data, matrices_of(impedance, self._dof)
-        steps, slides, scale = round(dt / model.opt.timestep), self._slides, self._scale
+        model, scale, impedance = self.model, self._scale, matrices_of(impedance, self._dof)
+        steps, slides = int(np.ceil(dt / model.opt.timestep - 1e-9)), self._slides
+        model.opt.timestep = dt / steps  # not longer than before, whatever the period became
         along = (slides.swapaxes(1, 2) @ impedance @ slides).diagonal(0, 1, 2) * scale**2
         for user, held in enumerate(self.held):
             if self._there[user]:
@@ -127,7 +128,7 @@ class MujocoScene:
             rates: Array = scale / steps * self._sub_steps(drive * scale, along, steps)
         finally:  # also where MuJoCo's collisions raised, with what is no number
             self._require_motion()
-        self._mujoco.mj_kinematics(model, data)
+        self._mujoco.mj_kinematics(model, self.data)
         self._note()
         self._show(dt)
         return rates
