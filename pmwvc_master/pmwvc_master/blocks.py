@@ -23,15 +23,11 @@ UINT32 = 0xFFFFFFFF
 
 
 class DeviceWork:
-    """Running sums of the work done at a device by the forces held between its samples [J].
-
-    ``device`` is that of the device's force against the hand, ``hand`` that of the hand on the
-    device.
-    """
+    """Running sums of the work done at a device by the forces held between its samples [J]."""
 
     def __init__(self, *, hand_force_known: bool) -> None:
-        self.device: Value = 0.0
-        self.hand: Value = 0.0
+        self.device: Value = 0.0  # of its force against the hand
+        self.hand: Value = 0.0  # of the hand on it
         self._hand_force_known = hand_force_known
         self.samples = 0  # that were new
         self.held: tuple[Value, Value] | None = None  # of device and hand, since a sample [N]

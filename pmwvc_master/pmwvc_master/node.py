@@ -38,8 +38,7 @@ from pmwvc_master.loop import MasterLoop
 from pmwvc_master.settings import declare_settings
 
 FAREWELL_PERIODS = 3
-OF_BLOCK = (*("start_ns", "first_tick", "state", "reason", "taken", "changes", "energy"),
-            *("accounts", "orientation"))  # fmt: skip
+OF_BLOCK = "start_ns first_tick state reason taken changes energy accounts orientation".split()
 LATE_SAMPLES = f"ticks without a device sample of the last {LATE_NS / 1e6:g} ms"
 STATES = ("starting", "coupled", "damping", "fault")
 

@@ -25,12 +25,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.pacing import (
-    granted_words,
-    hold_memory,
-    request_real_time,
-    sleep_until,
-)
+from pmwvc_core.runtime.pacing import granted_words, hold_memory, request_real_time, sleep_until
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_msgs.msg import Wave
@@ -123,10 +118,9 @@ class Netem:
 
     def _publish_fates(self, relayed: RelayedLink) -> None:
         while len(relayed.fates):
-            block, stamp_ns = relayed.fates.take(BLOCK), time.time_ns()
-            self._fates.publish(
-                messages.packet_fates(self._types, stamp_ns=stamp_ns, link=relayed.name, **block)
-            )
+            block, now_ns = relayed.fates.take(BLOCK), time.time_ns()
+            fates = messages.packet_fates(self._types, stamp_ns=now_ns, link=relayed.name, **block)
+            self._fates.publish(fates)
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
@@ -147,9 +141,8 @@ class Netem:
         values["real time"] = granted_words(self._real_time)
         if late_ns > LATE_NS:
             failed.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
-        if failed:
-            return WARN, "; ".join(failed), values
-        return OK, f"relaying {len(self._links)} links", values
+        text = "; ".join(failed) or f"relaying {len(self._links)} links"
+        return (WARN if failed else OK), text, values
 
 
 def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:

@@ -17,12 +17,7 @@ from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network import effects
 from pmwvc_core.network.presets import DIRECTIONS, PRESETS
 from pmwvc_core.params import LinkParams, Spec
-from pmwvc_core.runtime.parameters import (
-    ParameterBinding,
-    declare,
-    declare_names,
-    declare_value,
-)
+from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_names, declare_value
 
 SEED = Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers")
 PRESET = Spec(

@@ -27,7 +27,7 @@ from pmwvc_analysis.recording.clocks import trusted_times
 from pmwvc_analysis.recording.own import Series, Topics, decoded, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.salvage import RawMessage, Salvage, messages
-from pmwvc_analysis.recording.topics import SCENE
+from pmwvc_analysis.recording.topics import HAND, SCENE
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.numeric import Array
 from pmwvc_core.quaternions import IDENTITY, Orientation, unit
@@ -156,8 +156,8 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> str | None:
 
 def is_of_hand(message: RawMessage) -> bool:
     """Tell whether a message is on one of the topics of a hand."""
-    ends = {schemas.FLAG: "/hand/held", schemas.POSE: "/hand/target"}
-    return message.type_name in ends and message.topic.endswith(ends[message.type_name])
+    end = HAND.get(message.type_name)
+    return end is not None and message.topic.endswith(f"/{end}")
 
 
 def hand_targets(

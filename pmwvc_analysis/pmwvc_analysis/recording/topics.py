@@ -21,6 +21,7 @@ from pmwvc_core.runtime.messages import KEPT, record_of
 from pmwvc_core.scenario.scenario import Scenario
 
 PACKAGES = ("pmwvc", "pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
+HAND = {schemas.POSE: "hand/target", schemas.FLAG: "hand/held"}  # of a remote one
 SCENE = "/server/scene"  # description of the environment, where it has one
 ENDLESS = {"sec": 9223372036, "nsec": 854775807}
 
@@ -38,7 +39,7 @@ class Topic(NamedTuple):
     @property
     def source(self) -> str:
         """The ROS topic that it is recorded from."""
-        return record_of(self.name) if self.type_name == schemas.WAVE else self.name
+        return record_of(self.name) if self.type_name in (schemas.WAVE, *HAND) else self.name
 
     @property
     def qos(self) -> list[dict[str, object]]:
@@ -80,8 +81,7 @@ def session_topics(
     found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, depth=1000, essential=False))
     if people:
         for user in users:
-            found.append(Topic(f"/{user}/hand/target", schemas.POSE, False, 4, False))
-            found.append(Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, False))
+            found += [Topic(f"/{user}/{end}", kind, essential=False) for kind, end in HAND.items()]
         found.append(Topic("/markers", schemas.MARKERS, depth=10, essential=False))
         found.append(Topic("/diagnostics", schemas.DIAGNOSTICS, depth=10, essential=False))
     return found

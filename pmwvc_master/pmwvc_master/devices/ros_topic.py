@@ -15,8 +15,10 @@ Python, this 2 us.
 import struct
 import time
 from collections.abc import Sequence
+from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from std_msgs.msg import Bool
 
@@ -25,7 +27,8 @@ from pmwvc_core.ends.user_end import Target
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import AXES, Value, finite, flatten
 from pmwvc_core.quaternions import IDENTITY
-from pmwvc_core.runtime.topics import Polled
+from pmwvc_core.runtime.messages import record_of
+from pmwvc_core.runtime.topics import RECORDED_QOS, Polled
 from pmwvc_master.devices import STALE_NS, DeviceInfo, DeviceSample, DeviceSetup
 from pmwvc_master.devices.turn import Turn
 
@@ -62,6 +65,20 @@ def along(message: bytes, dof: int, turn: Turn) -> tuple[int, tuple[float, ...]]
     return pose[0], (*pose[1][:3], *turn.way.tolist())[:dof]
 
 
+class Recorded(Polled):
+    """A subscription to a hand; the recorder gets what the loop took, and when it did."""
+
+    def __init__(self, node: Node, kind: Any, topic: str) -> None:
+        super().__init__(node, kind, topic, HAND_QOS, raw=True)
+        self._record = node.create_publisher(kind, record_of(topic), RECORDED_QOS)
+
+    def take(self) -> Any:
+        """Return the oldest message not yet taken, or None; never waits."""
+        if (message := super().take()) is not None:
+            self._record.publish(message)
+        return message
+
+
 class HandTopics:
     """Targets from ``hand/target`` and ``hand/held``, relative to the node's.
 
@@ -72,16 +89,16 @@ class HandTopics:
     """
 
     def __init__(self, setup: DeviceSetup) -> None:
-        node, self._dof, self._turn = setup.node, setup.dof, Turn(setup.lever_m, IDENTITY)
-        self._targets = Polled(node, PoseStamped, "hand/target", HAND_QOS, raw=True)
-        self._held = Polled(node, Bool, "hand/held", HAND_QOS)
+        self._dof, self._turn = setup.dof, Turn(setup.lever_m, IDENTITY)
+        self._targets = Recorded(setup.node, PoseStamped, "hand/target")
+        self._held = Recorded(setup.node, Bool, "hand/held")
         self._open = True  # targets count
 
     def take(self) -> Sequence[Target]:
         """Return the targets that arrived since the last call; None lets go."""
         found: list[Target] = []
         for message in self._held:
-            self._open = bool(message.data)
+            self._open = any(message[4:])
             found += [] if self._open else [None]
         for data in self._targets:
             place = along(data, self._dof, self._turn) if self._open else None
