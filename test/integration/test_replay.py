@@ -48,12 +48,12 @@ def replayed(recorded, out, *words):
     return json.loads(text)
 
 
-def assert_exact_by_force(folder):
-    """With the hands' forces as recorded every tick is the same to the last bit, up to one that
-    did not run: the force of a hand is not known there.
+def assert_exact(folder, hand):
+    """Every tick is the same to the last bit, up to one that did not run: the force of a hand is
+    not known there.
     """
     traces, scenario = read_session(folder), read_scenario(folder)
-    found = replay(traces, scenario, scenario, hand="force")
+    found = replay(traces, scenario, scenario, hand=hand)
     ran = [np.diff(user.tick) == 1 for user in traces.users]
     if all(each.all() for each in ran):
         assert exact(found.differences), found.differences
@@ -77,7 +77,7 @@ def test_a_replay_is_the_recording_to_the_last_bit(recorded, tmp_path):
 
 
 def test_a_replay_by_the_forces_of_the_hands_is_the_recording_to_the_last_bit(recorded):
-    assert_exact_by_force(recorded)
+    assert_exact(recorded, "force")
 
 
 def test_a_simulation_over_a_worse_network_does_not(recorded):
@@ -139,7 +139,8 @@ def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tm
     traces = read_session(folder)
     assert len(traces.targets["user1"].time_s) > 50
     assert {"user1.server.contact_stiffness": 1500.0} in [values for _, values in traces.settings]
-    assert_exact_by_force(folder)
+    assert_exact(folder, "force")
+    assert_exact(folder, "operator")  # each target in the tick that took it
     found = replayed(folder, tmp_path / "again", "--no-figures")
     peak, again = (each["force_peak_n"] for each in found["sessions"])
     assert again == pytest.approx(peak, rel=0.2)

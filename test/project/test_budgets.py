@@ -78,7 +78,7 @@ ROOMS = {
         inside("pmwvc_analysis", "verdicts", "budget", "events", "traces"),
     ),
     "recordings": Room(
-        3_064,
+        3_063,
         3_000,
         (*inside("pmwvc_analysis", "recording", "replay", "*.py"), "pmwvc_analysis/*.py"),
     ),

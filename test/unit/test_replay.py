@@ -21,10 +21,13 @@ from pmwvc_analysis.recording.salvage import RawMessage
 from pmwvc_analysis.replay.recorded import remote_hand
 from pmwvc_analysis.replay.run import replay
 from pmwvc_bringup.commands.compare import lead
+from pmwvc_core.ends.user_end import CATCH_UP_S, DevicePlant
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import ServerParams
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import HandTargets
+from pmwvc_master.devices import DeviceSetup
+from pmwvc_master.devices.simulated import SimulatedDevice
 
 
 def user(force, first=None, **others):
@@ -141,6 +144,49 @@ def test_targets_stay_at_their_ticks_behind_a_pause_of_the_loop():
     _, table = remote_hand(scenario.users[0], recorded, ran_ns, scenario)
     made_up_for = 99
     assert list(table.ticks) == [100 + made_up_for + 50]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_target_moves_the_device_as_it_did_whatever_ticks_the_loop_missed(seed):
+    """The node's device reads and makes up for what was missed; the replay has every tick."""
+    scenario, rng = remote_scenario(), np.random.default_rng(seed)
+    mine, ran = scenario.users[0], np.arange(800) == 0
+    for begin in rng.integers(0, 800, 12):
+        ran[begin : begin + rng.integers(1, 80)] = True
+    taken = [k for k in range(800) if ran[k] and rng.random() < 0.3]
+    places = 0.01 * rng.normal(size=len(taken))
+    force = rng.normal(0.0, 0.5, 800)
+
+    device = SimulatedDevice(
+        DeviceSetup(
+            dof=1, tick_s=1e-3, side=-1, half_width_m=0.03, start_m=0.0, lever_m=0.05,
+            device=mine.device, operator=mine.operator, task=scenario.task,
+        )
+    )  # fmt: skip
+    waiting = []
+    device._plant.listen(lambda: [waiting.pop()] if waiting else [])
+    device.couple()
+    live = {}
+    for k in np.flatnonzero(ran).tolist():
+        waiting += [places[taken.index(k)]] if k in taken else []
+        live[k] = device.read(k * 10**6).f_h
+        device.write(force[k])
+
+    times = np.array(taken) * 1e-3 + 1e-4  # before the loop looked for packets
+    targets = HandTargets(times, np.outer(places, [1.0, 0.0, 0.0]))
+    recorded = SimpleNamespace(live=True, targets={"user1": targets})
+    ran_ns = np.where(ran, np.arange(800) * 10**6 + 200_000, -1)
+    plant = DevicePlant(
+        mine.device, remote_hand(mine, recorded, ran_ns, scenario), (0.0,), tick_s=1e-3
+    )
+    last = 0
+    for k in range(800):
+        last = k if ran[k] else last
+        if k - last < round(CATCH_UP_S / 1e-3):
+            f_h = plant.sense(True).f_h
+            assert not ran[k] or f_h == live[k], k
+            plant.step(force[last])
+    assert np.ptp(list(live.values())) > 1.0 and not ran.all()
 
 
 def test_a_replay_of_a_replay_has_no_targets_and_says_so():

@@ -171,8 +171,8 @@ def recorded_force(user: UserTraces, ran_ns: Integers, *, tick_s: float, dof: in
 
 
 def remote_hand(user: User, traces: SessionTraces, ran_ns: Integers, recorded: Scenario) -> Made:
-    """Return the remote hand with recorded targets, each at the first tick that ran after its
-    arrival; RecordingError for a replay: it has none.
+    """Return the remote hand with recorded targets, each at the first tick after the one that ran
+    before it: missed ticks are made up for with it. RecordingError for a replay: it has none.
     """
     if not traces.live:
         why = f"a {traces.source} session holds no targets of a remote hand"
@@ -182,9 +182,8 @@ def remote_hand(user: User, traces: SessionTraces, ran_ns: Integers, recorded: S
     if found is not None:
         ran = np.flatnonzero(ran_ns >= 0)
         next_ran = np.searchsorted(ran_ns[ran], np.rint(found.time_s * 1e9))
-        taken = next_ran < len(ran)
-        passed = np.cumsum(_passing(ran_ns, tick_s)) - 1
-        ticks, rows = passed[ran[next_ran[taken]]], found.ways(recorded)[taken]
+        passed = np.cumsum(_passing(ran_ns, tick_s))[ran]
+        ticks, rows = np.append(0, passed)[next_ran], found.ways(recorded)
     p = TableParams(remote_params(user.operator, tick_s), ticks, rows, tuple(range(dof)), True)
     return TableHand(resting_remote((0.0,) * dof), 0, 0), p
 
