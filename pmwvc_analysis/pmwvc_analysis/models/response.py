@@ -117,9 +117,9 @@ class Response:
             force = tuple(forces[tick * end.dof :][: end.dof])
             sent, motion = end.step(tick, came, force or end.nothing[0])
             went |= {slot: (p.wave, p.position, p.extra) for slot, p in sent.items()}
-            read.append(motion)
+            read += [motion] if forces else []
         self.sent = [signal for slot, values in went.items() for signal in _signals(slot, values)]
-        motions = [motion[i] for i in range(len(OUTPUTS)) for motion in read if forces]
+        motions = [motion[i] for i in range(len(OUTPUTS)) for motion in read]
         return numbers_in((end.s, *went.values(), *motions))
 
     def _found_states(self) -> list[str]:

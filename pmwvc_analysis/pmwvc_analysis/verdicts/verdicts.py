@@ -47,14 +47,14 @@ def summary(
     judged = stability.verdict(traces, scenario)
     found = passivity.passivity(traces, scenario, energies)
     limited = limits.withheld(traces, scenario)
-    shorter = endings.shortened(whole, scenario)
+    cuts = [each.text for each in ended if each.interrupts]
+    cuts.append(endings.shortened(whole, scenario))
     result: dict[str, Any] = {
         "scenario": scenario.name if scenario else None,
         "source": traces.source,
         "duration_s": whole.duration_s,
         "judged_until_s": traces.duration_s,
-        "interrupted": [each.text for each in ended if each.interrupts]
-        + [shorter] * bool(shorter),
+        "interrupted": [text for text in cuts if text],
         "strangers": [str(each["what"]) for each in seen if each["kind"] == "stranger"],
         "controller": scenario.controller if scenario else None,
         "parameters": scenario.flat() if scenario else {},
