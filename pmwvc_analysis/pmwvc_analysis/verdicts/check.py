@@ -53,11 +53,11 @@ def lines(summary: dict[str, Any]) -> Iterator[Line]:
         skipped, due = user["ticks_skipped"], user["ticks"] + user["ticks_skipped"]
         if skipped > SKIPPED * due:
             busy = "as on a machine that is busy or too slow ('pmwvc doctor' examines it)"
-            yield Line(False, f"{name}: {skipped} of {due} ticks did not run, {busy}.")
+            took = f"; a tick took {us:.0f} µs" if (us := user["compute_us"]["p50"]) else ""
+            yield Line(False, f"{name}: {skipped} of {due} ticks did not run, {busy}{took}.")
         yield from _reported(name, [e for e in events if e["who"] == f"{name} master"], TAKEN)
-        if {e["kind"] for e in events if e["who"] == name} & {"join", "grip", "contact"} == {
-            "join"
-        }:
+        kinds = {e["kind"] for e in events if e["who"] == name}
+        if "join" in kinds and not kinds & {"grip", "contact"}:
             yield Line(None, f"{name} touched nothing.")
         if user["kept_apart"]:
             yield Line(None, f"{name}, at the end: {user['kept_apart']}.")
