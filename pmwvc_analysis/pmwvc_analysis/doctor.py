@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.reader import read_scenario, session_of
-from pmwvc_analysis.recording.topics import relayed
+from pmwvc_analysis.recording.topics import HAND, SCENE, relayed
 from pmwvc_analysis.traces.consistency import inconsistencies
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.traces import SessionTraces
@@ -21,7 +21,7 @@ from pmwvc_core.traces import SessionTraces
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 # Topics that carry nothing where nothing was changed, no hand is remote, the ends are programs
 # that do not report what they received, and the environment says nothing of itself.
-QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception", "/server/scene")
+QUIET = ("/parameter_events", *HAND.values(), "/reception", SCENE)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ drive it.
 """
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from rclpy.serialization import serialize_message
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Bool
 from support import plain as scenarios
+from support.vendor_setup import vendor_setup
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.content import hand_targets, is_of_hand
@@ -26,7 +28,6 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import ServerParams
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import HandTargets
-from pmwvc_master.devices import DeviceSetup
 from pmwvc_master.devices.simulated import SimulatedDevice
 
 
@@ -157,12 +158,8 @@ def test_a_target_moves_the_device_as_it_did_whatever_ticks_the_loop_missed(seed
     places = 0.01 * rng.normal(size=len(taken))
     force = rng.normal(0.0, 0.5, 800)
 
-    device = SimulatedDevice(
-        DeviceSetup(
-            dof=1, tick_s=1e-3, side=-1, half_width_m=0.03, start_m=0.0, lever_m=0.05,
-            device=mine.device, operator=mine.operator, task=scenario.task,
-        )
-    )  # fmt: skip
+    plain = replace(vendor_setup("simulated"), start_m=0.0, task=scenario.task)
+    device = SimulatedDevice(replace(plain, device=mine.device, operator=mine.operator))
     waiting = []
     device._plant.listen(lambda: [waiting.pop()] if waiting else [])
     device.couple()

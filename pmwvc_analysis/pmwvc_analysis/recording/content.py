@@ -175,7 +175,7 @@ def hand_targets(
         point: tuple[float, ...] | None = None
         q = found[user][-1][2] if user in found else IDENTITY
         if message.type_name == schemas.FLAG:
-            counts[user] = len(message.data) > 4 and bool(message.data[4])
+            counts[user] = any(message.data[4:5])
             point = None if counts[user] else NOWHERE
         elif counts.get(user, True):
             with contextlib.suppress(Exception):  # no pose: rosbags raises many kinds

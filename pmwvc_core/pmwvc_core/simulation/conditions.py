@@ -133,8 +133,8 @@ class Ticks:
         self.ran: Sequence[int] = range(first, ticks)
         self.at_ns: Sequence[int] = range(first * tick_ns, ticks * tick_ns, tick_ns)
         if ran_ns is not None:
-            ran = max(first, 0) + np.flatnonzero(ran_ns[max(first, 0) : ticks] >= 0)
-            self.ran, self.at_ns = ran.tolist(), ran_ns[ran].tolist()
+            self.ran = [n for n in np.flatnonzero(ran_ns[:ticks] >= 0).tolist() if n >= first]
+            self.at_ns = ran_ns[self.ran].tolist()
         self.next = 0  # of them
         self._reached = self.ran[0] if self.ran else 0  # before it all have run or passed
 

@@ -98,7 +98,7 @@ class HandTopics:
         """Return the targets that arrived since the last call; None lets go."""
         found: list[Target] = []
         for message in self._held:
-            self._open = any(message[4:])
+            self._open = any(message[4:5])  # behind the encapsulation
             found += [] if self._open else [None]
         for data in self._targets:
             place = along(data, self._dof, self._turn) if self._open else None
